@@ -1,0 +1,139 @@
+//! A named choice with parameters, as scenario files write it: `name` or `name: {params}`.
+//!
+//! [`choice!`] turns a list of modules, each with a `Params` type, into one enum whose variants
+//! are called like the modules, and derives everything that must agree with that list: reading
+//! (with "did you mean"), writing, the JSON Schema and the list of names. The parameters are read
+//! straight from the file's own reader, so that an error keeps its line, column and key path.
+
+use serde::de::{DeserializeOwned, Error, MapAccess, value::MapDeserializer};
+
+/// The message for a name that is not in `known`, with the nearest known one where one is near.
+pub fn unknown_name(what: &str, found: &str, known: &[&str]) -> String {
+    let hint = nearest(found, known).map_or(String::new(), |name| format!(", did you mean `{name}`?"));
+    format!("unknown {what} `{found}`{hint} (known: {})", known.join(", "))
+}
+
+/// The known name most like `found`, if it is alike enough to be a slip; ties go to the first.
+pub fn nearest<'a>(found: &str, known: &[&'a str]) -> Option<&'a str> {
+    let (mut best, mut best_score) = (None, 0.72);
+    for &name in known {
+        let score = strsim::jaro_winkler(&found.to_lowercase(), name);
+        if score > best_score {
+            (best, best_score) = (Some(name), score);
+        }
+    }
+    best
+}
+
+/// Parameters with every default, for a choice that was written by its name alone.
+///
+/// # Errors
+/// If a parameter without default is missing.
+pub fn defaults<P: DeserializeOwned, E: Error>() -> Result<P, E> {
+    P::deserialize(MapDeserializer::<_, E>::new(core::iter::empty::<(&str, &str)>()))
+}
+
+/// The parameters of a choice written as `name: {params}`; `name:` alone means every default.
+///
+/// # Errors
+/// What the parameters' own reader says.
+pub fn value<'de, P: DeserializeOwned, A: MapAccess<'de>>(map: &mut A) -> Result<P, A::Error> {
+    match map.next_value::<Option<P>>()? {
+        Some(params) => Ok(params),
+        None => defaults(),
+    }
+}
+
+/// Makes the enum of a choice; see the module's documentation.
+///
+/// `choice! { /// docs  pub enum Name: "what it is called in errors" { module, … } }`
+macro_rules! choice {
+    ($(#[$doc:meta])* $vis:vis enum $Name:ident: $what:literal { $($module:ident),+ $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug, PartialEq)]
+        #[expect(non_camel_case_types, reason = "a variant is called like its module and like its name in YAML")]
+        $vis enum $Name {
+            $(#[doc = concat!("`", stringify!($module), "`: see [`mod@", stringify!($module), "`].")]
+            $module($module::Params)),+
+        }
+
+        impl $Name {
+            /// The names in the order of the registry.
+            pub const NAMES: &'static [&'static str] = &[$(stringify!($module)),+];
+
+            /// The name as scenario files write it.
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$module(_) => stringify!($module)),+ }
+            }
+
+            /// The choice of that name with every parameter at its default.
+            ///
+            /// # Errors
+            /// If the name is unknown or a parameter has no default.
+            pub fn by_name(name: &str) -> Result<Self, serde::de::value::Error> {
+                <Self as serde::Deserialize>::deserialize(serde::de::value::StrDeserializer::new(name))
+            }
+        }
+
+        impl<'de> serde::Deserialize<'de> for $Name {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                struct Reader;
+                impl<'de> serde::de::Visitor<'de> for Reader {
+                    type Value = $Name;
+                    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                        write!(f, "a {}: `name` or `name: {{parameters}}`", $what)
+                    }
+                    fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<$Name, E> {
+                        match name {
+                            $(stringify!($module) => Ok($Name::$module($crate::choice::defaults()?)),)+
+                            _ => Err(E::custom($crate::choice::unknown_name($what, name, $Name::NAMES))),
+                        }
+                    }
+                    fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<$Name, A::Error> {
+                        use serde::de::Error as _;
+                        let Some(name) = map.next_key::<String>()? else {
+                            return Err(A::Error::custom(concat!("expected the name of a ", $what)));
+                        };
+                        let choice = match name.as_str() {
+                            $(stringify!($module) => $Name::$module($crate::choice::value(&mut map)?),)+
+                            _ => return Err(A::Error::custom($crate::choice::unknown_name($what, &name, $Name::NAMES))),
+                        };
+                        match map.next_key::<String>()? {
+                            None => Ok(choice),
+                            Some(second) => Err(A::Error::custom(format!(
+                                concat!("expected one ", $what, ", found `{}` and `{}` (is the indentation right?)"), name, second
+                            ))),
+                        }
+                    }
+                }
+                deserializer.deserialize_any(Reader)
+            }
+        }
+
+        impl serde::Serialize for $Name {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                use serde::ser::SerializeMap;
+                let mut map = serializer.serialize_map(Some(1))?;
+                match self { $(Self::$module(params) => map.serialize_entry(stringify!($module), params)?),+ }
+                map.end()
+            }
+        }
+
+        impl schemars::JsonSchema for $Name {
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                stringify!($Name).into()
+            }
+            fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                let mut forms = vec![serde_json::json!({"enum": $Name::NAMES})];
+                $(forms.push(serde_json::json!({
+                    "type": "object",
+                    "properties": { stringify!($module): {"anyOf": [generator.subschema_for::<$module::Params>(), {"type": "null"}]} },
+                    "required": [stringify!($module)],
+                    "additionalProperties": false,
+                }));)+
+                schemars::json_schema!({"anyOf": forms})
+            }
+        }
+    };
+}
+pub(crate) use choice;

@@ -1,0 +1,1 @@
+//! One episode: the tick loop. The only place where planners and the world meet.

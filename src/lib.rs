@@ -1,0 +1,13 @@
+//! simrun drives a differential-drive AGV through a 2-D world, headless, tick by tick.
+pub mod choice;
+pub mod clock;
+pub mod geometry;
+pub mod map;
+pub mod math;
+pub mod observation;
+pub mod plan;
+pub mod quantity;
+pub mod rng;
+pub mod robot;
+pub mod trace;
+pub mod world;

@@ -1,0 +1,184 @@
+//! The occupancy grid and its frame.
+
+use crate::geometry::{Pose, Rect, Vec2, wrap_angle};
+use crate::math;
+
+/// A cell of a grid: column from the left, row from the bottom. May lie outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Cell {
+    /// Column, 0 at the left.
+    pub col: i32,
+    /// Row, 0 at the bottom.
+    pub row: i32,
+}
+
+/// Where the grid lies in the world: the pose of its lower left corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// World pose of the grid's lower left corner.
+    pub origin: Pose,
+}
+
+impl Frame {
+    /// Grid frame and world frame are the same.
+    pub const IDENTITY: Self = Self { origin: Pose { position: Vec2::new(0.0, 0.0), theta: 0.0 } };
+
+    /// A grid pose in the world frame.
+    pub fn to_world(&self, grid: Pose) -> Pose {
+        Pose { position: self.point_to_world(grid.position), theta: wrap_angle(grid.theta + self.origin.theta) }
+    }
+
+    /// A world pose in the grid frame.
+    pub fn to_grid(&self, world: Pose) -> Pose {
+        Pose { position: self.point_to_grid(world.position), theta: wrap_angle(world.theta - self.origin.theta) }
+    }
+
+    /// A grid point in the world frame.
+    pub fn point_to_world(&self, p: Vec2) -> Vec2 {
+        let (sin, cos) = math::sin_cos(self.origin.theta);
+        self.origin.position + Vec2::new(cos * p.x - sin * p.y, sin * p.x + cos * p.y)
+    }
+
+    /// A world point in the grid frame.
+    pub fn point_to_grid(&self, p: Vec2) -> Vec2 {
+        let (sin, cos) = math::sin_cos(self.origin.theta);
+        let d = p - self.origin.position;
+        Vec2::new(cos * d.x + sin * d.y, cos * d.y - sin * d.x)
+    }
+}
+
+/// A rectangular grid of free and occupied cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OccupancyGrid {
+    cols: i32,
+    rows: i32,
+    resolution_m: f64,
+    frame: Frame,
+    occupied: Vec<bool>,
+}
+
+impl OccupancyGrid {
+    /// A grid without obstacles.
+    ///
+    /// # Panics
+    /// If a side is not positive or the resolution is not a positive number.
+    pub fn empty(cols: i32, rows: i32, resolution_m: f64) -> Self {
+        assert!(cols > 0 && rows > 0, "a grid has at least one cell");
+        assert!(resolution_m.is_finite() && resolution_m > 0.0, "the resolution is a positive number");
+        let cells = cols as usize * rows as usize;
+        Self { cols, rows, resolution_m, frame: Frame::IDENTITY, occupied: vec![false; cells] }
+    }
+
+    /// The grid drawn by `lines`, the first line on top: `.` and space are free, all else is occupied.
+    ///
+    /// # Panics
+    /// If the lines differ in length. For tests and examples; files go through a reader.
+    pub fn from_ascii(lines: &[&str], resolution_m: f64) -> Self {
+        let rows = lines.len() as i32;
+        let cols = lines.first().map_or(0, |line| line.len()) as i32;
+        let mut grid = Self::empty(cols, rows, resolution_m);
+        for (from_top, line) in lines.iter().enumerate() {
+            assert_eq!(line.len(), cols as usize, "lines of one length");
+            for (col, byte) in line.bytes().enumerate() {
+                if byte != b'.' && byte != b' ' {
+                    grid.set_occupied(Cell { col: col as i32, row: rows - 1 - from_top as i32 });
+                }
+            }
+        }
+        grid
+    }
+
+    /// The same grid, lying elsewhere in the world.
+    pub fn with_frame(mut self, frame: Frame) -> Self {
+        self.frame = frame;
+        self
+    }
+
+    /// Number of columns.
+    pub fn cols(&self) -> i32 {
+        self.cols
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> i32 {
+        self.rows
+    }
+
+    /// Side of a cell, metres.
+    pub fn resolution_m(&self) -> f64 {
+        self.resolution_m
+    }
+
+    /// Where the grid lies in the world.
+    pub fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
+    /// Width and height in metres.
+    pub fn extent_m(&self) -> Vec2 {
+        Vec2::new(f64::from(self.cols) * self.resolution_m, f64::from(self.rows) * self.resolution_m)
+    }
+
+    /// Whether the cell lies inside the grid.
+    pub fn contains(&self, cell: Cell) -> bool {
+        cell.col >= 0 && cell.col < self.cols && cell.row >= 0 && cell.row < self.rows
+    }
+
+    /// Row-major index of a cell inside the grid.
+    ///
+    /// # Panics
+    /// If the cell lies outside.
+    pub fn index(&self, cell: Cell) -> usize {
+        assert!(self.contains(cell), "cell outside the grid");
+        cell.row as usize * self.cols as usize + cell.col as usize
+    }
+
+    /// The cell of a row-major index.
+    pub fn cell(&self, index: usize) -> Cell {
+        let cols = self.cols as usize;
+        Cell { col: (index % cols) as i32, row: (index / cols) as i32 }
+    }
+
+    /// Whether the cell is inside and free.
+    pub fn is_free(&self, cell: Cell) -> bool {
+        self.contains(cell) && !self.occupied[self.index(cell)]
+    }
+
+    /// Occupancy by row-major index, row 0 at the bottom.
+    pub fn occupied(&self) -> &[bool] {
+        &self.occupied
+    }
+
+    /// Marks a cell inside the grid as occupied.
+    pub fn set_occupied(&mut self, cell: Cell) {
+        let index = self.index(cell);
+        self.occupied[index] = true;
+    }
+
+    /// Marks a cell inside the grid as free.
+    pub fn set_free(&mut self, cell: Cell) {
+        let index = self.index(cell);
+        self.occupied[index] = false;
+    }
+
+    /// Number of occupied cells.
+    pub fn occupied_count(&self) -> usize {
+        self.occupied.iter().filter(|&&occupied| occupied).count()
+    }
+
+    /// The cell that holds a point of the grid frame (the upper one of a shared edge); may lie outside.
+    pub fn cell_at(&self, p: Vec2) -> Cell {
+        Cell { col: (p.x / self.resolution_m).floor() as i32, row: (p.y / self.resolution_m).floor() as i32 }
+    }
+
+    /// Centre of a cell in the grid frame.
+    pub fn centre(&self, cell: Cell) -> Vec2 {
+        Vec2::new((f64::from(cell.col) + 0.5) * self.resolution_m, (f64::from(cell.row) + 0.5) * self.resolution_m)
+    }
+
+    /// The square that a cell covers, grid frame.
+    pub fn square(&self, cell: Cell) -> Rect {
+        let min = Vec2::new(f64::from(cell.col) * self.resolution_m, f64::from(cell.row) * self.resolution_m);
+        Rect { min, max: min + Vec2::new(self.resolution_m, self.resolution_m) }
+    }
+}

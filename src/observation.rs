@@ -1,0 +1,93 @@
+//! All that a planner may know at a tick. Nothing else exists for it.
+
+use crate::geometry::{Pose, Rect, Twist, Vec2};
+use crate::map::{Cell, DistanceField, OccupancyGrid};
+use crate::robot::Robot;
+
+/// The map as the robot believes it: the known map plus the unknown statics seen so far.
+#[derive(Clone, Debug)]
+pub struct Belief {
+    grid: OccupancyGrid,
+    field: DistanceField,
+    revision: u64,
+    added: Vec<Cell>,
+}
+
+impl Belief {
+    /// The belief before anything was seen.
+    pub fn new(grid: &OccupancyGrid, field: &DistanceField) -> Self {
+        Self { grid: grid.clone(), field: field.clone(), revision: 0, added: Vec::new() }
+    }
+
+    /// Marks every cell that `touches` says an obstacle touches, within `bounds` (grid frame).
+    pub fn add(&mut self, bounds: Rect, touches: impl Fn(Rect) -> bool) {
+        let first = self.grid.cell_at(bounds.min);
+        let last = self.grid.cell_at(bounds.max);
+        let before = self.added.len();
+        for row in first.row.max(0)..=last.row.min(self.grid.rows() - 1) {
+            for col in first.col.max(0)..=last.col.min(self.grid.cols() - 1) {
+                let cell = Cell { col, row };
+                if self.grid.is_free(cell) && touches(self.grid.square(cell)) {
+                    self.grid.set_occupied(cell);
+                    self.added.push(cell);
+                }
+            }
+        }
+        if self.added.len() > before {
+            self.field.add(&self.grid, &self.added[before..]);
+            self.revision += 1;
+        }
+    }
+
+    /// Occupancy as believed.
+    pub fn grid(&self) -> &OccupancyGrid {
+        &self.grid
+    }
+
+    /// Exact distance field of [`Self::grid`].
+    pub fn field(&self) -> &DistanceField {
+        &self.field
+    }
+
+    /// Counts the changes: equal revisions mean an equal map.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Cells that were added to the known map, oldest first.
+    pub fn added(&self) -> &[Cell] {
+        &self.added
+    }
+}
+
+/// A moving obstacle as sensed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensedObstacle {
+    /// Centre, grid frame, metres.
+    pub position: Vec2,
+    /// Velocity, m/s.
+    pub velocity: Vec2,
+    /// Radius of the disc, m.
+    pub radius_m: f64,
+}
+
+/// What the robot knows at one tick. Positions are in the grid frame (origin at the map's lower left corner).
+#[derive(Clone, Copy, Debug)]
+pub struct Observation<'a> {
+    /// The tick, counted from 0; time is `tick * dt_s`.
+    pub tick: u32,
+    /// Control period, s.
+    pub dt_s: f64,
+    /// Own pose as believed.
+    pub pose: Pose,
+    /// Own twist as believed.
+    pub twist: Twist,
+    /// The map as believed.
+    pub belief: &'a Belief,
+    /// Moving obstacles in sensor range, in the order of the scenario.
+    pub obstacles: &'a [SensedObstacle],
+    /// Where the robot is to go.
+    pub goal: Vec2,
+    /// The robot itself: footprint and limits.
+    pub robot: &'a Robot,
+}

@@ -1,0 +1,1 @@
+//! The stack: global planner × path stages × fusion × local planner.

@@ -1,0 +1,167 @@
+//! The robot: footprint, limits, differential drive.
+
+use crate::geometry::Twist;
+use crate::math;
+use crate::quantity::{NonNegative, Positive};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Shape and drive of the robot (scenario key `robot`).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RobotSpec {
+    /// Radius of the disc footprint, m.
+    pub radius_m: Positive,
+    /// Distance between the two driven wheels, m.
+    pub track_width_m: Positive,
+    /// Highest rim speed of a wheel, m/s; without it the wheels never bind before `limits`.
+    pub wheel_speed_max_mps: Option<Positive>,
+}
+
+impl Default for RobotSpec {
+    fn default() -> Self {
+        Self { radius_m: Positive::new(0.25), track_width_m: Positive::new(0.4), wheel_speed_max_mps: None }
+    }
+}
+
+/// What the drive may do (scenario key `limits`); planners know these numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Limits {
+    /// Highest forward speed, m/s.
+    pub speed_max_mps: Positive,
+    /// Highest reverse speed, m/s; 0 forbids reversing.
+    pub reverse_speed_max_mps: NonNegative,
+    /// Highest acceleration, m/s².
+    pub acceleration_max_mps2: Positive,
+    /// Highest deceleration, m/s²; the acceleration where absent.
+    pub deceleration_max_mps2: Option<Positive>,
+    /// Highest yaw rate either way, rad/s.
+    pub yaw_rate_max_radps: Positive,
+    /// Highest yaw acceleration either way, rad/s².
+    pub yaw_acceleration_max_radps2: Positive,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            speed_max_mps: Positive::new(1.0),
+            reverse_speed_max_mps: NonNegative::new(0.0),
+            acceleration_max_mps2: Positive::new(0.5),
+            deceleration_max_mps2: None,
+            yaw_rate_max_radps: Positive::new(1.0),
+            yaw_acceleration_max_radps2: Positive::new(2.0),
+        }
+    }
+}
+
+/// A differential-drive robot: what the world moves and what planners may count on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Robot {
+    /// Radius of the disc footprint, m.
+    pub radius_m: f64,
+    /// Distance between the wheels, m.
+    pub track_width_m: f64,
+    /// Highest rim speed of a wheel, m/s (infinite where the scenario names none).
+    pub wheel_speed_max_mps: f64,
+    /// Lowest speed, m/s: minus the highest reverse speed.
+    pub speed_min_mps: f64,
+    /// Highest speed, m/s.
+    pub speed_max_mps: f64,
+    /// Highest acceleration, m/s².
+    pub acceleration_mps2: f64,
+    /// Highest deceleration, m/s².
+    pub deceleration_mps2: f64,
+    /// Highest yaw rate, rad/s.
+    pub yaw_rate_max_radps: f64,
+    /// Highest yaw acceleration, rad/s².
+    pub yaw_acceleration_radps2: f64,
+}
+
+impl Robot {
+    /// The robot that a scenario describes.
+    pub fn new(spec: &RobotSpec, limits: &Limits) -> Self {
+        let acceleration = limits.acceleration_max_mps2.get();
+        Self {
+            radius_m: spec.radius_m.get(),
+            track_width_m: spec.track_width_m.get(),
+            wheel_speed_max_mps: spec.wheel_speed_max_mps.map_or(f64::INFINITY, Positive::get),
+            speed_min_mps: 0.0 - limits.reverse_speed_max_mps.get(),
+            speed_max_mps: limits.speed_max_mps.get(),
+            acceleration_mps2: acceleration,
+            deceleration_mps2: limits.deceleration_max_mps2.map_or(acceleration, Positive::get),
+            yaw_rate_max_radps: limits.yaw_rate_max_radps.get(),
+            yaw_acceleration_radps2: limits.yaw_acceleration_max_radps2.get(),
+        }
+    }
+
+    /// The twist that the drive reaches within `dt_s` when asked for `command` while at `twist`.
+    ///
+    /// Speed and yaw rate are limited, then their change (speeding up by the acceleration, slowing
+    /// down by the deceleration; through zero, by the deceleration), then both are scaled
+    /// down together where a wheel would turn too fast, which keeps the curvature.
+    pub fn actuate(&self, twist: Twist, command: Twist, dt_s: f64) -> Twist {
+        let wanted_v = math::clamp(command.v, self.speed_min_mps, self.speed_max_mps);
+        let (up, down) = if twist.v >= 0.0 {
+            (self.acceleration_mps2, self.deceleration_mps2)
+        } else {
+            (self.deceleration_mps2, self.acceleration_mps2)
+        };
+        let v = math::clamp(wanted_v, twist.v - down * dt_s, twist.v + up * dt_s);
+        let wanted_omega = math::clamp(command.omega, -self.yaw_rate_max_radps, self.yaw_rate_max_radps);
+        let step = self.yaw_acceleration_radps2 * dt_s;
+        let omega = math::clamp(wanted_omega, twist.omega - step, twist.omega + step);
+        self.within_wheel_limits(Twist { v, omega })
+    }
+
+    /// Rim speeds of the left and right wheel, m/s.
+    pub fn wheel_speeds(&self, twist: Twist) -> (f64, f64) {
+        let half = 0.5 * self.track_width_m * twist.omega;
+        (twist.v - half, twist.v + half)
+    }
+
+    /// `twist`, scaled down so that no wheel turns faster than it can.
+    pub fn within_wheel_limits(&self, twist: Twist) -> Twist {
+        let fastest = twist.v.abs() + 0.5 * self.track_width_m * twist.omega.abs();
+        if fastest <= self.wheel_speed_max_mps {
+            return twist;
+        }
+        let scale = self.wheel_speed_max_mps / fastest;
+        Twist { v: twist.v * scale, omega: twist.omega * scale }
+    }
+}
+
+impl Default for Robot {
+    fn default() -> Self {
+        Self::new(&RobotSpec::default(), &Limits::default())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn braking_takes_the_closed_form_distance() {
+        // From 1 m/s at 0.5 m/s²: 2 s. Each tick drives at its end speed, so the stop takes
+        // Σ (1 − 0.05 k)·0.1 for k = 1..20 = 0.95 m; the continuous v²/2a is 1 m.
+        let robot = Robot::default();
+        let (mut twist, mut distance, mut ticks) = (Twist { v: 1.0, omega: 0.0 }, 0.0, 0);
+        while twist.v > 1e-12 {
+            twist = robot.actuate(twist, Twist::ZERO, 0.1);
+            distance += twist.v * 0.1;
+            ticks += 1;
+        }
+        assert_eq!(ticks, 20);
+        assert!((distance - 0.95).abs() < 1e-9, "{distance}");
+    }
+
+    #[test]
+    fn wheels_limit_the_twist_and_keep_the_curvature() {
+        let robot = Robot { wheel_speed_max_mps: 0.6, ..Robot::default() };
+        let twist = robot.within_wheel_limits(Twist { v: 1.0, omega: 1.0 });
+        let (left, right) = robot.wheel_speeds(twist);
+        assert!((right - 0.6).abs() < 1e-12 && left < right);
+        assert!((twist.omega / twist.v - 1.0).abs() < 1e-12);
+    }
+}
