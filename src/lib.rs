@@ -1,9 +1,11 @@
 //! simrun drives a differential-drive AGV through a 2-D world, headless, tick by tick.
 pub mod choice;
 pub mod clock;
+pub mod episode;
 pub mod geometry;
 pub mod map;
 pub mod math;
+pub mod metrics;
 pub mod observation;
 pub mod plan;
 pub mod quantity;
