@@ -100,7 +100,11 @@ impl PlanningGrid {
     /// passages that are too narrow for the robot, which it has no reason to enter. Where no free
     /// cell can be reached the whole of the connected cells is opened. A free or occupied cell, or one
     /// outside, changes nothing.
+    ///
+    /// # Panics
+    /// If `grid` has not the size of the map that this one was built from.
     pub fn open_around(&mut self, grid: &OccupancyGrid, cell: Cell) {
+        assert!((grid.cols(), grid.rows()) == (self.cols, self.rows), "the map that the planning grid was built from");
         if self.passability(cell) != Passability::Blocked || !grid.is_free(cell) {
             return;
         }
@@ -328,4 +332,239 @@ fn segment_square_distance(a: Vec2, b: Vec2, square: Rect) -> f64 {
     let corners = [min, Vec2::new(max.x, min.y), max, Vec2::new(min.x, max.y)];
     let ends = math::min(square.signed_distance(a), square.signed_distance(b));
     corners.iter().fold(ends, |nearest, &corner| math::min(nearest, point_segment_distance(corner, a, b)))
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::rng::{EpisodeSeed, Purpose, Stream};
+
+    pub(in crate::plan) fn stream(entity: u64) -> Stream {
+        EpisodeSeed { seed: 1, episode: 0 }.stream(Purpose::Map, entity)
+    }
+
+    /// A map of up to `side` by `side` cells of which about `share` are occupied.
+    pub(in crate::plan) fn random_map(stream: &mut Stream, side: usize, share: f64) -> OccupancyGrid {
+        let resolution_m = [1.0, 0.05, 0.3][stream.index(3)];
+        let (cols, rows) = (1 + stream.index(side) as i32, 1 + stream.index(side) as i32);
+        let mut grid = OccupancyGrid::empty(cols, rows, resolution_m);
+        for index in 0..grid.occupied().len() {
+            if stream.uniform() < share {
+                grid.set_occupied(grid.cell(index));
+            }
+        }
+        grid
+    }
+
+    pub(in crate::plan) fn random_cell(stream: &mut Stream, grid: &OccupancyGrid) -> Cell {
+        grid.cell(stream.index(grid.occupied().len()))
+    }
+
+    pub(in crate::plan) fn uninflated(grid: &OccupancyGrid) -> PlanningGrid {
+        PlanningGrid::new(grid, &DistanceField::new(grid), 0.0)
+    }
+
+    /// What `lines` draw: `.` free, `i` blocked by inflation alone, `#` occupied.
+    pub(in crate::plan) fn drawn(lines: &[&str]) -> (OccupancyGrid, PlanningGrid) {
+        let inflated = uninflated(&OccupancyGrid::from_ascii(lines, 1.0));
+        let lines: Vec<String> = lines.iter().map(|line| line.replace('i', ".")).collect();
+        let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
+        (OccupancyGrid::from_ascii(&lines, 1.0), inflated)
+    }
+
+    fn drawing(grid: &PlanningGrid) -> Vec<String> {
+        let letter = |col, row| match grid.passability(Cell { col, row }) {
+            Passability::Blocked => '#',
+            Passability::Free => '.',
+            Passability::Escape => 'e',
+        };
+        (0..grid.rows()).rev().map(|row| (0..grid.cols()).map(|col| letter(col, row)).collect()).collect()
+    }
+
+    /// Whether a segment and a closed square share a point, by the separating axis theorem in
+    /// integers: two convex sets are apart if and only if they are on x, on y or across the segment.
+    fn touches(a: (i64, i64), b: (i64, i64), min: (i64, i64), max: (i64, i64)) -> bool {
+        let apart_on_x = a.0.max(b.0) < min.0 || a.0.min(b.0) > max.0;
+        let apart_on_y = a.1.max(b.1) < min.1 || a.1.min(b.1) > max.1;
+        let side = |p: (i64, i64)| ((b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0)).signum();
+        let sides = [min, max, (min.0, max.1), (max.0, min.1)].map(side);
+        let apart_across = sides == [1; 4] || sides == [-1; 4];
+        !(apart_on_x || apart_on_y || apart_across)
+    }
+
+    /// Sight by trying every occupied square and the squares around the map; points in parts of a cell.
+    fn sees_by_brute_force(grid: &OccupancyGrid, a: (i64, i64), b: (i64, i64), parts: i64) -> bool {
+        (-1..=grid.rows()).all(|row| {
+            (-1..=grid.cols()).all(|col| {
+                let min = (i64::from(col) * parts, i64::from(row) * parts);
+                grid.is_free(Cell { col, row }) || !touches(a, b, min, (min.0 + parts, min.1 + parts))
+            })
+        })
+    }
+
+    #[test]
+    fn sight_between_cells_is_that_of_brute_force_in_integers() {
+        let mut stream = stream(1);
+        let mut seen = 0;
+        for _ in 0..4000 {
+            let share = stream.range(0.0, 0.25);
+            let map = random_map(&mut stream, 24, share);
+            let grid = uninflated(&map);
+            for _ in 0..10 {
+                let (a, b) = (random_cell(&mut stream, &map), random_cell(&mut stream, &map));
+                let halves = |cell: Cell| (2 * i64::from(cell.col) + 1, 2 * i64::from(cell.row) + 1);
+                let expected = sees_by_brute_force(&map, halves(a), halves(b), 2);
+                assert_eq!(grid.line_of_sight_cells(a, b), expected, "{a:?} {b:?}\n{:#?}", drawing(&grid));
+                assert_eq!(grid.line_of_sight_cells(b, a), expected);
+                assert_eq!(grid.line_of_sight(map.centre(a), map.centre(b)), expected, "{a:?} {b:?}");
+                seen += usize::from(expected);
+            }
+        }
+        assert!((8000..32000).contains(&seen), "both answers are common: {seen} of 40000");
+    }
+
+    #[test]
+    fn sight_between_points_is_that_of_brute_force_in_integers() {
+        // Eighths of a cell: many points on edges and vertices, many segments through vertices.
+        let mut stream = stream(2);
+        let mut seen = 0;
+        for _ in 0..4000 {
+            let share = stream.range(0.0, 0.25);
+            let map = random_map(&mut stream, 12, share);
+            let grid = uninflated(&map);
+            for _ in 0..10 {
+                let mut point = || {
+                    let mut eighths = |cells: i32| stream.index(8 * cells as usize + 1) as i64;
+                    (eighths(map.cols()), eighths(map.rows()))
+                };
+                let (a, b) = (point(), point());
+                let metres = |p: (i64, i64)| Vec2::new(p.0 as f64, p.1 as f64) * (map.resolution_m() / 8.0);
+                let expected = sees_by_brute_force(&map, a, b, 8);
+                assert_eq!(grid.line_of_sight(metres(a), metres(b)), expected, "{a:?} {b:?}\n{:#?}", drawing(&grid));
+                assert_eq!(grid.line_of_sight(metres(b), metres(a)), expected);
+                seen += usize::from(expected);
+            }
+        }
+        assert!((4000..36000).contains(&seen), "both answers are common: {seen} of 40000");
+    }
+
+    #[test]
+    fn a_segment_through_a_vertex_touches_all_four_cells() {
+        let (_, grid) = drawn(&["..", ".#"]);
+        let cell = |col, row| Cell { col, row };
+        assert!(!grid.line_of_sight_cells(cell(0, 0), cell(1, 1)));
+        assert!(grid.line_of_sight_cells(cell(0, 0), cell(0, 1)) && grid.line_of_sight_cells(cell(0, 1), cell(1, 1)));
+        // Along the edge x = 1 of the blocked square, from above, and just left of it.
+        assert!(!grid.line_of_sight(Vec2::new(1.0, 1.9), Vec2::new(1.0, 1.0)));
+        assert!(grid.line_of_sight(Vec2::new(1.0, 1.9), Vec2::new(1.0, 1.1)));
+        assert!(grid.line_of_sight(Vec2::new(0.99, 1.9), Vec2::new(0.99, 0.1)));
+    }
+
+    #[test]
+    fn points_and_cells_outside_see_nothing() {
+        let (_, grid) = drawn(&["..", ".."]);
+        let inside = Vec2::new(0.5, 0.5);
+        for outside in [Vec2::new(-0.1, 0.5), Vec2::new(0.5, 2.1), Vec2::new(f64::NAN, 0.5), Vec2::new(0.0, 0.5)] {
+            assert!(!grid.line_of_sight(inside, outside) && !grid.line_of_sight(outside, inside), "{outside:?}");
+        }
+        assert!(!grid.line_of_sight_cells(Cell { col: 0, row: 0 }, Cell { col: 2, row: 0 }));
+        let nothing = PlanningGrid::default();
+        assert!(!nothing.is_passable(Cell { col: 0, row: 0 }) && !nothing.line_of_sight(inside, inside));
+    }
+
+    #[test]
+    fn clearance_along_a_segment_is_that_of_dense_sampling() {
+        let mut stream = stream(3);
+        let (mut kept, mut broken) = (0, 0);
+        for _ in 0..400 {
+            let share = stream.range(0.0, 0.1);
+            let map = random_map(&mut stream, 12, share);
+            let (grid, side) = (uninflated(&map), map.resolution_m());
+            let squares: Vec<Rect> = (-1..=map.rows())
+                .flat_map(|row| (-1..=map.cols()).map(move |col| Cell { col, row }))
+                .filter(|&cell| !map.is_free(cell))
+                .map(|cell| map.square(cell))
+                .collect();
+            for _ in 0..5 {
+                let mut point = || Vec2::new(stream.uniform() * map.extent_m().x, stream.uniform() * map.extent_m().y);
+                let (a, b) = (point(), point());
+                if !grid.line_of_sight(a, b) {
+                    continue;
+                }
+                let sampled = (0..=400)
+                    .flat_map(|k| squares.iter().map(move |s| s.signed_distance(a + (b - a) * (f64::from(k) / 400.0))))
+                    .fold(f64::INFINITY, math::min);
+                let error = (b - a).norm() / 800.0 + 1e-9; // half the spacing of the samples
+                let clearance = stream.uniform() * 1.5 * side;
+                let answer = grid.line_of_sight_with_clearance(a, b, clearance);
+                if clearance > sampled {
+                    assert!(!answer, "{a:?} {b:?} {clearance} {sampled}");
+                    broken += 1;
+                } else if clearance < sampled - error {
+                    assert!(answer, "{a:?} {b:?} {clearance} {sampled}");
+                    kept += 1;
+                }
+            }
+        }
+        assert!(kept > 200 && broken > 200, "{kept} {broken}");
+    }
+
+    #[test]
+    fn passing_beside_an_obstacle_keeps_half_a_cell_and_passing_its_corner_less() {
+        let (_, grid) = drawn(&["....", "....", "..#.", "...."]);
+        let keeps = |a: (f64, f64), b: (f64, f64), clearance_m| {
+            grid.line_of_sight_with_clearance(Vec2::new(a.0, a.1), Vec2::new(b.0, b.1), clearance_m)
+        };
+        assert!(keeps((1.5, 0.5), (1.5, 2.5), 0.5) && !keeps((1.5, 0.5), (1.5, 2.5), 0.51));
+        // From (0.5, 1.5) to (2.5, 3.5): the line y = x + 1 passes the corner (2, 2) at 1/√2 = 0.707;
+        // the end (2.5, 3.5) is 0.5 from the border.
+        assert!(keeps((0.5, 1.5), (2.5, 3.5), 0.5));
+        assert!(keeps((1.0, 2.0), (2.0, 3.0), 0.707) && !keeps((1.0, 2.0), (2.0, 3.0), 0.708));
+    }
+
+    #[test]
+    fn an_escape_zone_reaches_to_the_nearest_free_cell_and_no_further() {
+        let (map, mut grid) = drawn(&["#########", "iiiiiii..", "#########"]);
+        grid.open_around(&map, Cell { col: 4, row: 1 });
+        // Free space is three steps to the right; as many to the left are opened, not the whole passage.
+        assert_eq!(drawing(&grid), ["#########", "##eeeee..", "#########"]);
+        // A second zone ends at the first.
+        grid.open_around(&map, Cell { col: 1, row: 1 });
+        assert_eq!(drawing(&grid), ["#########", "#eeeeee..", "#########"]);
+        // Sight passes through it, unless asked for free cells alone.
+        let (a, b) = (Cell { col: 2, row: 1 }, Cell { col: 8, row: 1 });
+        assert!(grid.line_of_sight_cells(a, b) && !grid.line_of_sight_cells_free(a, b));
+    }
+
+    #[test]
+    fn an_escape_zone_opens_only_what_is_inflated_and_unoccupied() {
+        let (map, mut grid) = drawn(&["i#i.", "ii#.", "####"]);
+        for untouched in [Cell { col: 3, row: 1 }, Cell { col: 2, row: 1 }, Cell { col: -1, row: 0 }] {
+            let before = drawing(&grid);
+            grid.open_around(&map, untouched);
+            assert_eq!(drawing(&grid), before);
+        }
+        // No free cell can be reached through edges: all that is connected opens, and only that.
+        grid.open_around(&map, Cell { col: 0, row: 1 });
+        assert_eq!(drawing(&grid), ["e##.", "ee#.", "####"]);
+    }
+
+    #[test]
+    fn a_rebuilt_grid_is_a_new_one() {
+        let mut stream = stream(4);
+        let (map, mut reused) = drawn(&["ii.", "###"]);
+        reused.open_around(&map, Cell { col: 0, row: 1 });
+        assert_eq!(drawing(&reused), ["ee.", "###"]);
+        for _ in 0..200 {
+            let map = random_map(&mut stream, 9, 0.3);
+            reused.rebuild(&map, &DistanceField::new(&map), 0.0);
+            let fresh = uninflated(&map);
+            assert_eq!(drawing(&reused), drawing(&fresh));
+            for index in 0..map.occupied().len() {
+                let cell = map.cell(index);
+                assert_eq!(fresh.is_passable(cell), map.is_free(cell));
+                assert_eq!(fresh.cell(fresh.index(cell)), cell);
+            }
+        }
+    }
 }
