@@ -24,6 +24,9 @@ mod rollout;
 mod sampling;
 mod score;
 
+#[cfg(test)]
+mod tests;
+
 pub use sampling::{SAMPLES_MAX, Spacing, Window};
 pub use score::{Score, Scoring};
 
@@ -391,19 +394,17 @@ impl DynamicWindow {
             let fate = rollout::drive(block, &self.profile, touch, &self.patch, &at, &mut self.track);
             let mut free_steps = fate.free_steps;
             let (mut least, mut last) = ([f32::MAX; LANES], [f32::MAX; LANES]);
-            if !fate.all_touched {
-                for disc in &self.discs {
-                    let passing = rollout::pass(block, &self.profile, &self.track, disc);
-                    for lane in 0..LANES {
-                        let (near, end) = (
-                            positive_sqrt(passing.least[lane]) - disc.touch,
-                            positive_sqrt(passing.last[lane]) - disc.touch,
-                        );
-                        least[lane] = if near < least[lane] { near } else { least[lane] };
-                        last[lane] = if end < last[lane] { end } else { last[lane] };
-                        let free = passing.free_steps[lane];
-                        free_steps[lane] = if free < free_steps[lane] { free } else { free_steps[lane] };
-                    }
+            for disc in &self.discs {
+                let passing = rollout::pass(block, &self.profile, &self.track[..fate.driven], disc);
+                for lane in 0..LANES {
+                    let (near, end) = (
+                        positive_sqrt(passing.least[lane]) - disc.touch,
+                        positive_sqrt(passing.last[lane]) - disc.touch,
+                    );
+                    least[lane] = if near < least[lane] { near } else { least[lane] };
+                    last[lane] = if end < last[lane] { end } else { last[lane] };
+                    let free = passing.free_steps[lane];
+                    free_steps[lane] = if free < free_steps[lane] { free } else { free_steps[lane] };
                 }
             }
             for lane in 0..LANES.min(count - number * LANES) {

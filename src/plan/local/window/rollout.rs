@@ -9,7 +9,8 @@
 //! distance to any obstacle and s the length of a step, D ≥ min(D₀, D₁) − s²/4 on the whole step (its
 //! two ends at D₀ and D₁): for one obstacle point by Pythagoras, for a set as the minimum over its points. For a
 //! moving disc the same holds with the length of the relative step. So s²/4 is taken off at every pose
-//! (5 mm at 1 m/s and 0.25 m), and nothing is driven through between two poses that are free.
+//! (5 mm at 1 m/s and 0.25 m), and nothing is driven through between two predicted poses. The pose the robot
+//! is at is not one of them: it is the same for all candidates, and one that leads away is not to blame for it.
 
 use super::patch::{Anchor, Patch};
 
@@ -43,9 +44,9 @@ pub(super) struct Fate {
     pub(super) last: Lane,
     /// Steps driven before the first one that touches a static; all of them where none does.
     pub(super) free_steps: Lane,
-    /// Whether the rollout was broken off because every candidate of the block had touched something:
-    /// then only `free_steps` means anything.
-    pub(super) all_touched: bool,
+    /// Steps after which the rollout was broken off because every candidate of the block had touched
+    /// something; the rest means nothing then. All steps where it was not.
+    pub(super) driven: usize,
 }
 
 /// Positions of a block after each step, for the movers' pass.
@@ -60,7 +61,7 @@ pub(super) fn drive(block: &Block, speed: &[f32], touch: f32, patch: &Patch, at:
     let mut least = [f32::MAX; LANES];
     let mut last = [f32::MAX; LANES];
     let mut free_steps = [0.0; LANES];
-    let mut all_touched = false;
+    let mut driven = 0;
     for (position, &speed) in track.iter_mut().zip(speed) {
         for lane in 0..LANES {
             let step = block.step[lane] * speed;
@@ -71,6 +72,7 @@ pub(super) fn drive(block: &Block, speed: &[f32], touch: f32, patch: &Patch, at:
             sin[lane] = s * block.turn[0][lane] + c * block.turn[1][lane];
         }
         *position = [x, y];
+        driven += 1;
         last = patch.squared_distances(at, &x, &y);
         let mut free = 0.0;
         for lane in 0..LANES {
@@ -82,11 +84,10 @@ pub(super) fn drive(block: &Block, speed: &[f32], touch: f32, patch: &Patch, at:
             free += alive;
         }
         if free == 0.0 {
-            all_touched = true;
             break;
         }
     }
-    Fate { end: [x, y], least, last, free_steps, all_touched }
+    Fate { end: [x, y], least, last, free_steps, driven }
 }
 
 /// A mover as the kernel sees it, relative to the robot, in units of the pitch.
@@ -111,7 +112,7 @@ pub(super) struct Passing {
     pub(super) free_steps: Lane,
 }
 
-/// Drives the positions of `track` past a disc that moves at constant velocity.
+/// Drives the positions of `track` past a disc that moves at constant velocity. Both may be cut short.
 pub(super) fn pass(block: &Block, speed: &[f32], track: &Track, disc: &Disc) -> Passing {
     let mut least = [f32::MAX; LANES];
     let mut last = [f32::MAX; LANES];
