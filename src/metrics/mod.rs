@@ -1,5 +1,9 @@
 //! Metrics: pure functions of a scene and the trace of an episode in it.
 
+mod shortest;
+
+pub use shortest::{any_angle_m, blocked_cells, shortest_m};
+
 /// Thresholds of the metrics (scenario key `metrics`).
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
