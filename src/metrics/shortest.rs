@@ -78,7 +78,7 @@ pub fn blocked_cells(scene: &Scene, radius_m: f64, goal_tolerance_m: f64) -> Occ
     }
     let around = Rect { min: scene.goal, max: scene.goal };
     for cell in cells_in(&blocked, around, goal_tolerance_m) {
-        if blocked.square(cell).signed_distance(scene.goal) < goal_tolerance_m {
+        if blocked.contains(cell) && blocked.square(cell).signed_distance(scene.goal) < goal_tolerance_m {
             blocked.set_free(cell);
         }
     }
@@ -126,7 +126,8 @@ fn cover(obstacle: &UnknownStatic, reach_m: f64, blocked: &mut OccupancyGrid) {
     for cell in cells_in(blocked, Rect { min: centre, max: centre }, half + reach_m) {
         let Rect { min, max } = blocked.square(cell);
         let corners = [min, max, Vec2::new(min.x, max.y), Vec2::new(max.x, min.y)];
-        if corners.into_iter().all(|corner| signed_distance(obstacle, corner) <= reach_m) {
+        let is_covered = corners.into_iter().all(|corner| signed_distance(obstacle, corner) <= reach_m);
+        if is_covered && blocked.contains(cell) {
             blocked.set_occupied(cell);
         }
     }
@@ -143,12 +144,13 @@ pub(super) fn signed_distance(obstacle: &UnknownStatic, p: Vec2) -> f64 {
     }
 }
 
-/// The cells of the grid that reach into `rect`, widened by `margin_m`, in row-major order.
+/// The cells that reach into `rect`, widened by `margin_m`, in row-major order: those of the grid and of the
+/// first ring outside.
 pub(super) fn cells_in(grid: &OccupancyGrid, rect: Rect, margin_m: f64) -> impl Iterator<Item = Cell> + use<> {
     let margin = Vec2::new(margin_m, margin_m);
     let (first, last) = (grid.cell_at(rect.min - margin), grid.cell_at(rect.max + margin));
-    let cols = first.col.max(0)..=last.col.min(grid.cols() - 1);
-    let rows = first.row.max(0)..=last.row.min(grid.rows() - 1);
+    let cols = first.col.max(-1)..=last.col.min(grid.cols());
+    let rows = first.row.max(-1)..=last.row.min(grid.rows());
     rows.flat_map(move |row| cols.clone().map(move |col| Cell { col, row }))
 }
 
@@ -734,5 +736,26 @@ mod tests {
         assert!((open - 1.61).abs() < 1e-9, "{open}");
         let shut = shortest_m(&scene(grid, start, goal, Vec::new()), 0.05, 0.05).unwrap();
         assert!(shut > 3.0, "{shut}");
+    }
+
+    #[test]
+    fn equals_the_published_any_angle_optima() {
+        use crate::map::movingai;
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/benchmarks");
+        if !folder.exists() {
+            println!("skipped: ../shared/benchmarks not found");
+            return;
+        }
+        let read = |name: String| std::fs::read_to_string(folder.join(name)).unwrap();
+        for (name, count) in [("random-32-32-20", 200), ("room-64-64-8", 200), ("arena", 130), ("Berlin_0_256", 200)] {
+            let grid = movingai::parse(&read(format!("movingai/{name}.map"))).unwrap();
+            let queries = movingai::parse_queries(&read(format!("anyangle/{name}.anyangle-centre.scen"))).unwrap();
+            assert!(queries.len() >= count, "{name}: {} queries", queries.len());
+            for query in queries {
+                let centre = |c: Cell| grid.centre(Cell { row: grid.rows() - 1 - c.row, ..c });
+                let length = any_angle_m(&grid, centre(query.start), centre(query.goal)).unwrap();
+                assert!((length - query.optimal_length).abs() < 5e-9, "{name} {query:?}: {length}");
+            }
+        }
     }
 }
