@@ -20,21 +20,19 @@ impl Scenario {
     fn consistent_limits(&self) -> Result<(), ScenarioError> {
         let (reverse, forward) = (self.limits.reverse_speed_max_mps.get(), self.limits.speed_max_mps.get());
         if reverse > forward {
-            return Err(refused(
+            return Err(contradiction(
                 format!("the robot would be faster in reverse ({reverse} m/s) than forward ({forward} m/s)"),
-                ["limits.reverse_speed_max_mps", "limits.speed_max_mps"],
-            )
-            .label(format!("expected at most `limits.speed_max_mps`, {forward}"))
-            .help("lower the one or raise the other"));
+                ("limits.reverse_speed_max_mps", reverse),
+                ("limits.speed_max_mps", forward),
+            ));
         }
         let (near, encounter) = (self.metrics.near_miss_m.get(), self.metrics.encounter_m.get());
         if near > encounter {
-            return Err(refused(
+            return Err(contradiction(
                 format!("a near miss ({near} m) would be farther away than an encounter ({encounter} m)"),
-                ["metrics.near_miss_m", "metrics.encounter_m"],
-            )
-            .label(format!("expected at most `metrics.encounter_m`, {encounter}"))
-            .help("lower the one or raise the other"));
+                ("metrics.near_miss_m", near),
+                ("metrics.encounter_m", encounter),
+            ));
         }
         Ok(())
     }
@@ -42,7 +40,8 @@ impl Scenario {
     fn consistent_termination(&self) -> Result<(), ScenarioError> {
         let termination = &self.termination;
         if termination.goal_tolerance_m.get() == 0.0 {
-            return Err(refused("no robot arrives at a goal of tolerance 0", ["termination.goal_tolerance_m"])
+            return Err(ScenarioError::new("no robot arrives at a goal of tolerance 0")
+                .key(KeyPath::parse("termination.goal_tolerance_m"))
                 .label("expected a distance above 0")
                 .help("the robot moves in steps of a tenth of a second: 0.25 m is usual"));
         }
@@ -50,12 +49,11 @@ impl Scenario {
             && termination.stuck_after_s > timeout
         {
             let (stuck, timeout) = (termination.stuck_after_s.get(), timeout.get());
-            return Err(refused(
+            return Err(contradiction(
                 format!("the time-out ({timeout} s) would come before the robot can be stuck ({stuck} s)"),
-                ["termination.timeout_s", "termination.stuck_after_s"],
-            )
-            .label(format!("expected at least `termination.stuck_after_s`, {stuck}"))
-            .help("raise the one or lower the other"));
+                ("termination.stuck_after_s", stuck),
+                ("termination.timeout_s", timeout),
+            ));
         }
         Ok(())
     }
@@ -73,7 +71,10 @@ impl Scenario {
                 "path treatment" => "`path: [[]]` drives along paths as they were planned",
                 _ => "name at least one; `simrun planners` lists them",
             };
-            return Err(refused(format!("`{key}` names no {what}"), [key]).label("empty").help(help));
+            return Err(ScenarioError::new(format!("`{key}` names no {what}"))
+                .key(KeyPath::parse(key))
+                .label("empty")
+                .help(help));
         }
         let mut first_of: BTreeMap<&str, usize> = BTreeMap::new();
         for (i, spec) in specs.iter().enumerate() {
@@ -104,9 +105,12 @@ impl Scenario {
     }
 }
 
-/// An error about the keys written as paths, the most telling first.
-fn refused<const N: usize>(title: impl Into<String>, keys: [&str; N]) -> ScenarioError {
-    keys.iter().fold(ScenarioError::new(title), |error, key| error.key(KeyPath::parse(key)))
+/// An error about two numbers of which the first must not be the larger.
+fn contradiction(title: String, (small, small_is): (&str, f64), (large, large_is): (&str, f64)) -> ScenarioError {
+    ScenarioError::new(title)
+        .key_labelled(KeyPath::parse(small), format!("expected at most `{large}`, {large_is}"))
+        .key_labelled(KeyPath::parse(large), format!("expected at least `{small}`, {small_is}"))
+        .help(format!("lower `{small}` or raise `{large}`"))
 }
 
 /// The list of a product in which something stands twice.

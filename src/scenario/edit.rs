@@ -107,7 +107,8 @@ impl Cursor<'_> {
                 map.keys().find_map(|key| key.as_str().filter(|key| *key != part && place.is_choice(key)))
         {
             let title = format!("`{}` is `{chosen}` in this scenario, not `{part}`", self.done);
-            return Err(self.refuse(ScenarioError::new(title).label(format!("the scenario has `{chosen}`"))));
+            let help = format!("replace it as a whole: `--set '{}={{{part}: {{…}}}}'`", self.done.dotted());
+            return Err(self.refuse(ScenarioError::new(title).label(format!("here it is `{chosen}`")).help(help)));
         }
         self.done = std::mem::take(&mut self.done).key(part);
         self.used += 1;
@@ -130,7 +131,8 @@ impl Cursor<'_> {
             (Err(_), Some(index), None) => (index, true),
             (Err(_), Some(first), Some(second)) => {
                 let title = format!("`{part}` stands more than once in `{}`", self.done);
-                let help = format!("name the item by its index, `{first}` or `{second}`");
+                let list = self.done.dotted();
+                let help = format!("name it by its index: `{list}.{first}.{part}` or `{list}.{second}.{part}`");
                 return Err(self.refuse(ScenarioError::new(title).label("which one?").help(help)));
             }
             (parsed, ..) => {
@@ -145,8 +147,9 @@ impl Cursor<'_> {
                 if !names.is_empty() {
                     error = error.note(format!("items of `{}`: {}", self.done, names.join(", ")));
                 }
-                return Err(self
-                    .refuse(error.help("`--set` changes items that the scenario has; set the whole list to add one")));
+                return Err(self.refuse(
+                    error.help(format!("to add one, set the whole list: `--set '{}=[…]'`", self.done.dotted())),
+                ));
             }
         };
         self.done = std::mem::take(&mut self.done).item(index);
@@ -162,8 +165,9 @@ impl Cursor<'_> {
     fn refuse_key(&self, node: &Value, place: &Place<'_>, part: &str) -> ScenarioError {
         if place.key(part).is_none() && place.items().is_some() {
             let title = format!("this scenario has no list `{}` to take `{part}` from", self.done);
-            return self
-                .refuse(ScenarioError::new(title).help(format!("set the whole list: `--set {}=[…]`", self.done)));
+            return self.refuse(
+                ScenarioError::new(title).help(format!("set the whole list: `--set '{}=[…]'`", self.done.dotted())),
+            );
         }
         if place.keys().is_empty() || (place.key(part).is_some() && !node.is_mapping()) {
             let found = node.as_str().map_or("a plain value".to_owned(), |name| format!("`{name}`"));

@@ -15,7 +15,7 @@ pub struct ScenarioError(Box<Diagnosis>);
 #[derive(Clone, Debug)]
 struct Diagnosis {
     title: String,
-    keys: Vec<KeyPath>,
+    keys: Vec<(KeyPath, Option<String>)>,
     label: String,
     notes: Vec<String>,
     help: Vec<String>,
@@ -46,9 +46,23 @@ impl ScenarioError {
         }))
     }
 
-    /// Names a key at fault; the first one is shown unless a later one was edited on the command line.
+    /// Names a key at fault. Of several, the one that was edited is shown, else the first in the file.
     pub(super) fn key(mut self, key: KeyPath) -> Self {
-        self.0.keys.push(key);
+        self.0.keys.push((key, None));
+        self
+    }
+
+    /// Names a key at fault, and what to write beside the caret if it is the one that is shown.
+    pub(super) fn key_labelled(mut self, key: KeyPath, label: impl Into<String>) -> Self {
+        self.0.keys.push((key, Some(label.into())));
+        self
+    }
+
+    /// Takes the label of the key number `i`, which is the one that will be shown.
+    pub(super) fn showing(mut self, i: usize) -> Self {
+        if let Some((_, Some(label))) = self.0.keys.get(i) {
+            self.0.label = label.clone();
+        }
         self
     }
 
@@ -87,8 +101,8 @@ impl ScenarioError {
     }
 
     /// The keys at fault, the most telling first; empty where the file as a whole is.
-    pub fn keys(&self) -> &[KeyPath] {
-        &self.0.keys
+    pub fn keys(&self) -> impl ExactSizeIterator<Item = &KeyPath> {
+        self.0.keys.iter().map(|(key, _)| key)
     }
 
     /// The first line of the message: what is wrong, in one sentence.

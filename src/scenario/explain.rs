@@ -12,12 +12,9 @@ use std::ops::Range;
 
 /// An error of the typed reader, on the text that it read.
 pub(super) fn typed(error: &serde_yaml::Error, schema: &Json, file: &str, text: &str) -> ScenarioError {
-    let fault = Fault::new(error, text);
-    let span = fault.span.clone();
-    let refused = fault.explain(schema);
-    match span {
-        Some(span) => refused.at(Some(file.to_owned()), text, span),
-        None => refused.in_file(file),
+    match Fault::new(error, text).explain(schema) {
+        (refused, Some(span)) => refused.at(Some(file.to_owned()), text, span),
+        (refused, None) => refused.in_file(file),
     }
 }
 
@@ -52,37 +49,52 @@ pub(super) fn shape(error: &serde_yaml::Error, file: &str, text: &str) -> Scenar
         (span, refused)
     } else if message == "repetition limit exceeded" {
         let refused = ScenarioError::new("aliases (`*name`) blow the scenario up to an unreasonable size")
-            .help("write the values out, or leave the aliases of aliases away");
+            .help("write the values out, or leave out aliases of aliases");
         (span, refused)
     } else if message.contains("more than one document") {
         let refused = ScenarioError::new("the file holds more than one YAML document")
             .help("keep one scenario per file: remove the `---` between them");
         (span, refused)
     } else if message.contains("finite") {
-        let refused = ScenarioError::new(format!("`{path}` is not a number that a robot can have"))
+        let refused = ScenarioError::new(format!("{} is not a finite number", home(&path)))
             .label("expected a finite number")
-            .help("write a finite number, or leave the key away to get its default");
+            .help("write the number out; for a key with a default, leaving it out also helps");
         (span, refused)
     } else if message.starts_with("the number") {
         (span, ScenarioError::new(format!("`{path}`: {message}")).label("expected a finite number"))
     } else {
-        let help = match message.as_str() {
-            m if m.contains("mapping values are not allowed") => {
-                "is this line indented too far? A text that holds `: ` needs quotes"
-            }
-            m if m.contains("did not find expected ',' or") => "is a bracket or a comma missing before this place?",
-            m if m.contains("unexpected end of stream") || m.contains("did not find expected node") => {
-                "is a bracket or a quote left open?"
-            }
-            m if m.contains("unknown anchor") => "an alias `*name` needs an anchor `&name` above it",
-            _ => "is this line indented like its neighbours, with spaces only and `key: value`?",
-        };
-        (span, ScenarioError::new(format!("this is not YAML: {message}")).label("here").help(help))
+        (span.clone(), syntax(&message, &text[..span.map_or(0, |span| span.start)]))
     };
     match span {
         Some(span) => refused.at(Some(file.to_owned()), text, span),
         None => refused.in_file(file),
     }
+}
+
+/// An error of the YAML grammar, in a text that is right up to `before`'s end.
+fn syntax(message: &str, before: &str) -> ScenarioError {
+    let (problem, context) = message.split_once(", while ").unwrap_or((message, ""));
+    let glued = |line: &&str| {
+        let line = line.trim();
+        line.split_once(':').is_some_and(|(key, value)| {
+            key.chars().all(|c| c.is_alphanumeric() || c == '_') && value.starts_with(|c: char| !c.is_whitespace())
+        })
+    };
+    let unspaced = before.lines().rev().take(2).find(glued);
+    let help = match problem {
+        _ if let Some(line) = unspaced => format!("a space is missing after the colon in `{}`", line.trim()),
+        p if p.contains("mapping values are not allowed") => {
+            "is this line indented too far? A text that holds `: ` needs quotes".to_owned()
+        }
+        p if p.contains("did not find expected ',' or") => "is a bracket or a comma missing before it?".to_owned(),
+        p if p.contains("unexpected end of stream") || p.contains("did not find expected node") => {
+            "is a bracket or a quote left open?".to_owned()
+        }
+        p if p.contains("unknown anchor") => "an alias `*name` needs an anchor `&name` above it".to_owned(),
+        _ => "is this line indented like its neighbours, with spaces only and `key: value`?".to_owned(),
+    };
+    let error = ScenarioError::new(format!("this is not YAML: {problem}")).label("here").help(help);
+    if context.is_empty() { error } else { error.note(format!("while {context}")) }
 }
 
 /// ` in `path``, or nothing at the top.
@@ -123,11 +135,17 @@ impl<'a> Fault<'a> {
         Self { text, path, message, span }
     }
 
-    /// The same in our words, not yet placed.
-    pub fn explain(mut self, schema: &Json) -> ScenarioError {
+    /// The same in our words, and what to underline.
+    pub fn explain(mut self, schema: &Json) -> (ScenarioError, Option<Range<usize>>) {
+        let error = self.in_our_words(schema);
+        (error, self.span)
+    }
+
+    fn in_our_words(&mut self, schema: &Json) -> ScenarioError {
         let message = std::mem::take(&mut self.message);
         if let Some((key, _)) = quoted_after(&message, "unknown field ") {
-            return self.unknown_key(key, schema);
+            self.narrow_to(key);
+            return unknown_key(key, &self.path, schema);
         }
         if let Some((key, _)) = quoted_after(&message, "missing field ") {
             return self.missing_key(key, schema);
@@ -146,6 +164,9 @@ impl<'a> Fault<'a> {
         if let Some((two, _)) = message.split_once(" (is the indentation right?)") {
             return self.two_names(two);
         }
+        if let Some(error) = self.bad_drawing(&message) {
+            return error;
+        }
         for kind in ["invalid type: ", "invalid value: ", "invalid length "] {
             if let Some((found, expected)) = message.strip_prefix(kind).and_then(|rest| rest.split_once(", expected "))
             {
@@ -155,63 +176,49 @@ impl<'a> Fault<'a> {
         }
         if let Some((expected, found)) = message.strip_prefix("expected ").and_then(|rest| rest.split_once(", found "))
         {
-            return self.wrong_value(expected, &format!("`{}`", found.trim_matches('`')), schema);
+            return self.wrong_value(expected, &format!("`{}`", found.trim_matches(['`', '"'])), schema);
         }
-        let title = if self.path.is_top() { message } else { format!("`{}`: {message}", self.path) };
-        self.with_meaning(ScenarioError::new(title), schema)
+        self.with_meaning(ScenarioError::new(format!("{}: {message}", home(&self.path))), schema)
     }
 
-    fn unknown_key(mut self, key: &str, schema: &Json) -> ScenarioError {
-        self.narrow_to(key);
-        unknown_key(key, &self.path, schema)
-    }
-
-    fn missing_key(mut self, key: &str, schema: &Json) -> ScenarioError {
-        let path = self.path.clone().key(key);
+    fn missing_key(&mut self, key: &str, schema: &Json) -> ScenarioError {
         let mut error = ScenarioError::new(format!("`{key}` is missing{}", inside(&self.path)));
         if self.path.is_top() {
             self.span = None;
             error = error.help(match key {
-                "map" => "say what to drive on, for example `map: {file: my_map.map}`",
+                "map" => "say what to drive on, for example `map: {movingai: {file: my_map.map}}`",
                 "stacks" => "say what to drive with, for example `stacks: {global: [a_star], local: [dwa]}`",
                 _ => "add it",
             });
         } else {
             error = error.label(format!("expected `{key}: …` in here"));
         }
-        self.path = path;
+        self.path = std::mem::take(&mut self.path).key(key);
         self.with_meaning(error, schema)
     }
 
-    fn unknown_name(mut self, what: &str, name: &str, known: &[&str], schema: &Json) -> ScenarioError {
+    fn unknown_name(&mut self, what: &str, name: &str, known: &[&str], schema: &Json) -> ScenarioError {
         self.narrow_to(name);
-        let plural = if what == "name" { "name known here".to_owned() } else { format!("{what} there is") };
-        let mut error = ScenarioError::new(format!("unknown {what} `{name}`")).key(self.path.clone());
-        match nearest(name, known) {
-            Some(near) => error = error.label(format!("did you mean `{near}`?")),
-            None => error = error.label("not known"),
+        let mut error = ScenarioError::new(format!("unknown {what} `{name}`"))
+            .key(self.path.clone())
+            .label(nearest(name, known).map_or("not known here".to_owned(), |near| format!("did you mean `{near}`?")))
+            .note(format!("known here: {}", known.join(", ")));
+        let homes: Vec<String> =
+            Place::top(schema).paths_to(name).iter().map(|path| format!("`{}`", path.parent())).collect();
+        if !homes.is_empty() {
+            error = error.help(format!("`{name}` belongs under {}", homes.join(" or ")));
         }
-        let others: Vec<String> = Place::top(schema)
-            .paths_to(name)
-            .into_iter()
-            .filter(|path| path.steps().len() > 1 && !known.contains(&name))
-            .filter_map(|path| Some((path.to_string().strip_suffix(&format!(".{name}"))?.to_owned(), path)))
-            .map(|(parent, _)| format!("`{parent}`"))
-            .collect();
-        if !others.is_empty() {
-            error = error.help(format!("`{name}` belongs under {}", others.join(" or ")));
-        }
-        error.note(format!("every {plural}: {}", known.join(", ")))
+        error
     }
 
-    fn two_names(mut self, message: &str) -> ScenarioError {
+    fn two_names(&mut self, message: &str) -> ScenarioError {
         let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
         let what =
             message.strip_prefix("expected one ").and_then(|rest| rest.split_once(',')).map_or("name", |(w, _)| w);
         let (first, second) = (names.first().copied().unwrap_or(""), names.get(1).copied().unwrap_or(""));
         self.narrow_to(second);
-        ScenarioError::new(format!("`{}` is one {what}, found `{first}` and `{second}`", self.path))
-            .key(self.path)
+        ScenarioError::new(format!("{} is one {what}, found `{first}` and `{second}`", home(&self.path)))
+            .key(self.path.clone())
             .label("the second one")
             .help(format!(
                 "if `{second}` is a parameter of `{first}`, indent it further than `{first}`; if it is another {what}, \
@@ -219,23 +226,47 @@ impl<'a> Fault<'a> {
             ))
     }
 
-    fn wrong_value(self, expected: &str, found: &str, schema: &Json) -> ScenarioError {
-        let mut error = ScenarioError::new(format!("`{}` is {found}, expected {expected}", self.path))
+    /// A map drawn in the scenario, whose error names a line of the drawing.
+    fn bad_drawing(&mut self, message: &str) -> Option<ScenarioError> {
+        let (place, rest) = message.strip_prefix("line ")?.split_once(": found ")?;
+        let (row, column) = place.split_once(", column ")?;
+        let row: usize = row.parse().ok()?;
+        let (found, rest) = rest.split_once(", expected ")?;
+        let (expected, advice) = rest.split_once("; ")?;
+        let item = self.path.clone().item(row.saturating_sub(1));
+        if key_path::exists(self.text, &item) {
+            self.span = key_path::locate(self.text, &item);
+        } else if let Some(span) = &self.span {
+            let mut start = span.start;
+            for _ in 0..row {
+                start += self.text[start..].find('\n').map_or(0, |end| end + 1);
+            }
+            start += self.text[start..].len() - self.text[start..].trim_start_matches(' ').len();
+            self.span = Some(key_path::token(self.text, start));
+        }
+        let title = format!("{}: found {found} in row {row} at column {column}, expected {expected}", home(&self.path));
+        Some(ScenarioError::new(title).key(self.path.clone()).label(format!("expected {expected}")).help(advice))
+    }
+
+    fn wrong_value(&mut self, expected: &str, found: &str, schema: &Json) -> ScenarioError {
+        let mut error = ScenarioError::new(format!("{} is {found}, expected {expected}", home(&self.path)))
             .label(format!("expected {expected}"));
-        if expected.starts_with("a list") && found.starts_with('`') {
-            error = error.help(format!("a list of one is written `[{}]`", found.trim_matches('`')));
+        if expected == "a list"
+            && let Some(word) = found.split('`').nth(1)
+        {
+            error = error.help(format!("a list of one is written `[{word}]`"));
         }
         self.with_meaning(error, schema)
     }
 
     /// Adds the key and what its documentation says.
-    fn with_meaning(self, error: ScenarioError, schema: &Json) -> ScenarioError {
-        let meaning = Place::at(schema, &self.path).and_then(|place| place.meaning());
-        let error = match meaning {
+    fn with_meaning(&self, error: ScenarioError, schema: &Json) -> ScenarioError {
+        let place = Place::at(schema, &self.path).filter(|_| !self.path.is_top());
+        let error = match place.and_then(|place| place.meaning()) {
             Some(meaning) => error.note(format!("`{}`: {meaning}", self.path)),
             None => error,
         };
-        error.key(self.path)
+        error.key(self.path.clone())
     }
 
     /// Underlines `word`, where it stands on its own at or after the position.
@@ -251,24 +282,28 @@ impl<'a> Fault<'a> {
     }
 }
 
-/// The error for a key that does not exist in the block `path`: with the nearest key that does, or
-/// with the block where it belongs.
+/// The error for a key that does not exist in the block `path`: with the block where it does, or
+/// else with the nearest key here.
 pub(super) fn unknown_key(key: &str, path: &KeyPath, schema: &Json) -> ScenarioError {
     let known = Place::at(schema, path).map_or(Vec::new(), |place| place.keys());
     let home = if path.is_top() { "the top level".to_owned() } else { format!("`{path}`") };
-    let near = nearest(key, &known);
-    let mut error = ScenarioError::new(format!("unknown key `{key}`{}", inside(path))).key(path.clone().key(key));
-    error = error.label(near.map_or("not a key here".to_owned(), |near| format!("did you mean `{near}`?")));
-    error = error.note(if known.is_empty() {
-        format!("{home} has no keys")
-    } else {
-        format!("keys of {home}: {}", known.join(", "))
-    });
-    let elsewhere: Vec<String> = Place::top(schema).paths_to(key).iter().map(|path| format!("`{path}`")).collect();
-    if near.is_none() && !elsewhere.is_empty() {
-        error = error.help(format!("there is {}: is it indented right?", elsewhere.join(", ")));
+    let error = ScenarioError::new(format!("unknown key `{key}`{}", inside(path))).key(path.clone().key(key)).note(
+        if known.is_empty() { format!("{home} has no keys") } else { format!("keys of {home}: {}", known.join(", ")) },
+    );
+    let elsewhere: Vec<String> =
+        Place::top(schema).paths_to(key).iter().take(3).map(|path| format!("`{path}`")).collect();
+    match nearest(key, &known) {
+        _ if !elsewhere.is_empty() => {
+            error.label("not a key here").help(format!("there is {}: is it indented right?", elsewhere.join(", ")))
+        }
+        Some(near) => error.label(format!("did you mean `{near}`?")),
+        None => error.label("not a key here"),
     }
-    error
+}
+
+/// The value of a path, as a subject.
+fn home(path: &KeyPath) -> String {
+    if path.is_top() { "the scenario".to_owned() } else { format!("`{path}`") }
 }
 
 /// The text in backquotes right after `start`, and what follows it.

@@ -87,14 +87,11 @@ impl ScenarioFile {
             // Through a text and not straight from the tree, whose reader tells no key paths.
             let text = serde_yaml::to_string(&tree).expect("a tree read from YAML can be written as YAML");
             typed(&text).map_err(|error| {
-                let fault = Fault::new(&error, &text);
-                let refused = fault.explain(&schema);
-                let keys = refused.keys().to_vec();
-                let edit = (0..edits.len()).rev().find(|&i| keys.iter().any(|key| key.touches(&landed[i])));
-                match (edit, typed(&self.text)) {
-                    (Some(i), _) => edits[i].blame(refused, None),
+                let (refused, _) = Fault::new(&error, &text).explain(&schema);
+                match (edit_of(&refused, &landed), typed(&self.text)) {
+                    (Some((edit, _)), _) => edits[edit].blame(refused, None),
                     (None, Err(original)) => explain::typed(&original, &schema, &file, &self.text),
-                    // An edit elsewhere made it wrong, or a wrong file right in one place and not in another.
+                    // The fault is in none of the edited values: the last edit made it one.
                     (None, Ok(_)) => edits[edits.len() - 1].blame(refused, None),
                 }
             })?
@@ -130,13 +127,14 @@ impl ScenarioFile {
     /// Shows an error where its keys stand: at the last edit of one of them, else in the file.
     fn place(&self, error: ScenarioError, edits: &[Edit]) -> ScenarioError {
         let landed = self.edited(edits, &Scenario::schema()).map(|(_, landed)| landed).unwrap_or_default();
-        let keys = error.keys().to_vec();
-        if let Some(i) = (0..landed.len()).rev().find(|&i| keys.iter().any(|key| key.touches(&landed[i]))) {
-            return edits[i].blame(error, None);
+        if let Some((edit, key)) = edit_of(&error, &landed) {
+            return edits[edit].blame(error.showing(key), None);
         }
         let file = self.path.display().to_string();
-        match keys.iter().find_map(|key| key_path::locate(&self.text, key)) {
-            Some(span) => error.at(Some(file), &self.text, span),
+        let written = error.keys().position(|key| key_path::exists(&self.text, key)).unwrap_or(0);
+        let span = error.keys().nth(written).and_then(|key| key_path::locate(&self.text, key));
+        match span {
+            Some(span) => error.showing(written).at(Some(file), &self.text, span),
             None => error.in_file(file),
         }
     }
@@ -150,6 +148,12 @@ impl ScenarioFile {
                 .help("add `name: …` to the scenario, of letters, digits, `_`, `-` and `+`, or rename the file")
         })
     }
+}
+
+/// The last edit that landed on one of the error's keys (or above or below it), and which key that is.
+fn edit_of(error: &ScenarioError, landed: &[KeyPath]) -> Option<(usize, usize)> {
+    let key_of = |edit: &KeyPath| error.keys().position(|key| !key.is_top() && key.touches(edit));
+    landed.iter().enumerate().rev().find_map(|(i, edit)| Some((i, key_of(edit)?)))
 }
 
 /// A sentence that lists the files beside `path` that are called much like it.

@@ -41,6 +41,11 @@ impl KeyPath {
         self.0.is_empty()
     }
 
+    /// The path one step shorter; the top stays the top.
+    pub fn parent(&self) -> Self {
+        Self(self.0[..self.0.len().saturating_sub(1)].to_vec())
+    }
+
     /// The path one step further, to a key.
     pub fn key(mut self, key: impl Into<String>) -> Self {
         self.0.push(Step::Key(key.into()));
@@ -51,6 +56,11 @@ impl KeyPath {
     pub fn item(mut self, index: usize) -> Self {
         self.0.push(Step::Item(index));
         self
+    }
+
+    /// The path as `--set` writes it: `stacks.local.0.dwa`.
+    pub fn dotted(&self) -> String {
+        self.to_string().replace('[', ".").replace(']', "")
     }
 
     /// Whether one of the two leads to the other, or both are the same.

@@ -26,10 +26,12 @@ pub use key_path::{KeyPath, Step};
 pub use stacks::{Global, Listed, Product, Stacks};
 
 use crate::episode::TerminationSpec;
+use crate::map::MapSpec;
 use crate::metrics::MetricsSpec;
 use crate::plan::stack::{PlanningSpec, StackSpec};
 use crate::quantity::Count;
 use crate::robot::{Limits, RobotSpec};
+use crate::world::spec::{GoalSpec, ObstaclesSpec, SensingSpec, StartSpec};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
@@ -53,6 +55,20 @@ pub struct Scenario {
     /// Number of episodes, each with its own random world; default 1.
     #[serde(default = "once")]
     pub episodes: Count,
+    /// The known map: drawn here, read from a file, or generated.
+    pub map: MapSpec,
+    /// Where the robot starts; by default a random free cell, heading for the goal.
+    #[serde(default)]
+    pub start: StartSpec,
+    /// Where it is to go; by default a random free cell.
+    #[serde(default)]
+    pub goal: GoalSpec,
+    /// Obstacles that the known map does not show; by default none.
+    #[serde(default)]
+    pub obstacles: ObstaclesSpec,
+    /// What the robot senses of its surroundings.
+    #[serde(default)]
+    pub sensing: SensingSpec,
     /// The robot's shape and drive.
     #[serde(default)]
     pub robot: RobotSpec,

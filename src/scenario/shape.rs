@@ -43,7 +43,7 @@ pub(super) fn too_large() -> ScenarioError {
 
 /// The smallest scenario, for those who have none.
 pub(super) const SMALLEST: &str = "the smallest scenario names a map and the planners to drive with:\n\
-    map: {file: my_map.map}\nstacks: {global: [a_star], local: [dwa]}";
+    map: {movingai: {file: my_map.map}}\nstacks: {global: [a_star], local: [dwa]}";
 
 /// Walks over everything and keeps nothing.
 #[derive(Clone, Copy)]
