@@ -4,7 +4,7 @@
 //! and follows one of the few forms below; any other is passed on as it is.
 
 use super::error::ScenarioError;
-use super::key_path::{self, KeyPath};
+use super::key_path::{self, KeyPath, Step};
 use super::schema::Place;
 use crate::choice::nearest;
 use serde_json::Value as Json;
@@ -162,7 +162,7 @@ impl<'a> Fault<'a> {
             return self.unknown_name(what, name, &known, schema);
         }
         if let Some((two, _)) = message.split_once(" (is the indentation right?)") {
-            return self.two_names(two);
+            return self.two_names(two, schema);
         }
         if let Some(error) = self.bad_drawing(&message) {
             return error;
@@ -203,27 +203,31 @@ impl<'a> Fault<'a> {
             .key(self.path.clone())
             .label(nearest(name, known).map_or("not known here".to_owned(), |near| format!("did you mean `{near}`?")))
             .note(format!("known here: {}", known.join(", ")));
-        let homes: Vec<String> =
-            Place::top(schema).paths_to(name).iter().map(|path| format!("`{}`", path.parent())).collect();
+        let paths = Place::top(schema).paths_to(name);
+        let homes: Vec<String> = paths.iter().take(3).map(|path| format!("`{}`", path.parent())).collect();
         if !homes.is_empty() {
             error = error.help(format!("`{name}` belongs under {}", homes.join(" or ")));
         }
         error
     }
 
-    fn two_names(&mut self, message: &str) -> ScenarioError {
+    fn two_names(&mut self, message: &str, schema: &Json) -> ScenarioError {
         let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
         let what =
             message.strip_prefix("expected one ").and_then(|rest| rest.split_once(',')).map_or("name", |(w, _)| w);
         let (first, second) = (names.first().copied().unwrap_or(""), names.get(1).copied().unwrap_or(""));
         self.narrow_to(second);
-        ScenarioError::new(format!("{} is one {what}, found `{first}` and `{second}`", home(&self.path)))
-            .key(self.path.clone())
+        let path = &self.path;
+        let is_name = Place::at(schema, path).is_some_and(|place| place.key(second).is_some());
+        let help = match path.steps().last() {
+            _ if !is_name => format!("if `{second}` is a parameter of `{first}`, indent it further than `{first}`"),
+            Some(Step::Item(_)) => format!("make `{second}` a list item of its own, with a `-` before it"),
+            _ => "keep one of the two".to_owned(),
+        };
+        ScenarioError::new(format!("{} takes one {what}, found `{first}` and `{second}`", home(path)))
+            .key(path.clone())
             .label("the second one")
-            .help(format!(
-                "if `{second}` is a parameter of `{first}`, indent it further than `{first}`; if it is another {what}, \
-                 make it a list item of its own"
-            ))
+            .help(help)
     }
 
     /// A map drawn in the scenario, whose error names a line of the drawing.
