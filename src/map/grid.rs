@@ -2,6 +2,12 @@
 
 use crate::geometry::{Pose, Rect, Vec2, wrap_angle};
 use crate::math;
+use crate::quantity::Positive;
+
+/// The resolution of maps that name none: the seed papers count in cells of 1 m (systems.md §1.1).
+pub(super) fn one_metre() -> Positive {
+    Positive::new(1.0)
+}
 
 /// A cell of a grid: column from the left, row from the bottom. May lie outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -91,6 +97,16 @@ impl OccupancyGrid {
     /// The same grid, lying elsewhere in the world.
     pub fn with_frame(mut self, frame: Frame) -> Self {
         self.frame = frame;
+        self
+    }
+
+    /// The same grid with cells of another size.
+    ///
+    /// # Panics
+    /// If the resolution is not a positive number.
+    pub fn with_resolution(mut self, resolution_m: f64) -> Self {
+        assert!(resolution_m.is_finite() && resolution_m > 0.0, "the resolution is a positive number");
+        self.resolution_m = resolution_m;
         self
     }
 

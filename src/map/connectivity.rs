@@ -1,0 +1,1 @@
+//! Which cells can be reached: flood fill over the grid.
