@@ -246,3 +246,122 @@ fn outward_normal(p: Vec2, rect: Rect) -> Vec2 {
     }
     best.1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{EpisodeSeed, Purpose, Stream};
+    use rapier2d::parry::query;
+    use rapier2d::prelude::{Ball, Cuboid, Pose as RapierPose, Vector};
+
+    fn stream(seed: u64) -> Stream {
+        EpisodeSeed { seed, episode: 0 }.stream(Purpose::Planner, 0)
+    }
+
+    fn random_obstacle(stream: &mut Stream) -> UnknownStatic {
+        let pose = Pose::new(stream.range(-2.0, 2.0), stream.range(-2.0, 2.0), stream.range(-4.0, 4.0));
+        let shape = if stream.uniform() < 0.3 {
+            Shape::Disc { radius_m: stream.range(0.05, 1.0) }
+        } else {
+            Shape::Rectangle { half_m: Vec2::new(stream.range(0.05, 1.5), stream.range(0.05, 1.0)) }
+        };
+        UnknownStatic::new(pose, shape)
+    }
+
+    fn parry_pose(pose: Pose) -> RapierPose {
+        RapierPose::new(Vector::new(pose.position.x as f32, pose.position.y as f32), pose.theta as f32)
+    }
+
+    fn parry_shape(shape: Shape) -> Box<dyn rapier2d::parry::shape::Shape> {
+        match shape {
+            Shape::Disc { radius_m } => Box::new(Ball::new(radius_m as f32)),
+            Shape::Rectangle { half_m } => Box::new(Cuboid::new(Vector::new(half_m.x as f32, half_m.y as f32))),
+        }
+    }
+
+    #[test]
+    fn distances_equal_those_of_parry() {
+        let mut stream = stream(1);
+        for _ in 0..20_000 {
+            let obstacle = random_obstacle(&mut stream);
+            let p = Vec2::new(stream.range(-4.0, 4.0), stream.range(-4.0, 4.0));
+            let shape = parry_shape(obstacle.shape());
+            let theirs = shape.distance_to_point(
+                &parry_pose(obstacle.pose()),
+                Vector::new(p.x as f32, p.y as f32),
+                false, // hollow: the distance to the outline, also from inside
+            );
+            let ours = obstacle.distance_m(p);
+            assert!((ours.abs() - f64::from(theirs).abs()).abs() < 1e-5, "{ours} {theirs} {obstacle:?} {p:?}");
+        }
+    }
+
+    #[test]
+    fn touching_a_square_equals_an_intersection_of_parry() {
+        let (mut stream, mut touching) = (stream(2), 0);
+        for _ in 0..20_000 {
+            let obstacle = random_obstacle(&mut stream);
+            let (x, y, side) = (stream.range(-3.0, 3.0), stream.range(-3.0, 3.0), stream.range(0.05, 1.0));
+            let square = Rect { min: Vec2::new(x, y), max: Vec2::new(x + side, y + side) };
+            let cuboid = Cuboid::new(Vector::new(0.5 * side as f32, 0.5 * side as f32));
+            let pose = RapierPose::from_translation(Vector::new((x + 0.5 * side) as f32, (y + 0.5 * side) as f32));
+            let shape = parry_shape(obstacle.shape());
+            let contact = query::contact(&parry_pose(obstacle.pose()), &*shape, &pose, &cuboid, 1.0).unwrap();
+            let depth = contact.map_or(-1.0, |contact| -contact.dist);
+            if depth.abs() > 1e-4 {
+                assert_eq!(obstacle.touches(square), depth > 0.0, "{obstacle:?} {square:?} {depth}");
+                touching += i32::from(depth > 0.0);
+            }
+            // Whatever it touches, its bounds meet.
+            if obstacle.touches(square) {
+                let bounds = obstacle.bounds();
+                assert!(bounds.min.x < square.max.x && bounds.max.x > square.min.x);
+                assert!(bounds.min.y < square.max.y && bounds.max.y > square.min.y);
+            }
+        }
+        assert!(touching > 1500, "{touching}");
+    }
+
+    #[test]
+    fn an_obstacle_of_one_cell_touches_one_cell() {
+        // 0.1 m has no exact binary form: edges of neighbours differ in the last bit.
+        for (side, col) in [(1.0, 3), (0.1, 7), (0.05, 123)] {
+            let at = |k: i32| Vec2::new(f64::from(col + k) * side, f64::from(col) * side);
+            let square = |k: i32| Rect { min: at(k), max: at(k) + Vec2::new(side, side) };
+            let centre = at(0) + Vec2::new(0.5 * side, 0.5 * side);
+            let half_m = Vec2::new(0.5 * side, 0.5 * side);
+            let cell = UnknownStatic::new(Pose { position: centre, theta: 0.0 }, Shape::Rectangle { half_m });
+            assert!(cell.touches(square(0)) && !cell.touches(square(1)) && !cell.touches(square(-1)));
+        }
+    }
+
+    #[test]
+    fn first_contacts_of_a_moving_disc_are_exact() {
+        let (mut stream, mut hits) = (stream(3), 0);
+        for _ in 0..5000 {
+            let obstacle = random_obstacle(&mut stream);
+            let p = Vec2::new(stream.range(-4.0, 4.0), stream.range(-4.0, 4.0));
+            let velocity = stream.range(0.1, 5.0) * direction(stream.range(-4.0, 4.0));
+            let radius = stream.range(0.05, 0.5);
+            if obstacle.distance_m(p) < radius {
+                continue;
+            }
+            let gap = |t: f64| obstacle.distance_m(p + velocity * t) - radius;
+            let hit = obstacle.sweep_disc(p, velocity, radius);
+            let until = hit.map_or(3.0, |hit| hit.time_s);
+            for k in 0..300 {
+                let t = until * f64::from(k) / 300.0;
+                assert!(gap(t) > -1e-9, "overlap of {} before the contact", -gap(t));
+            }
+            if let Some(hit) = hit {
+                hits += 1;
+                assert!(gap(hit.time_s).abs() < 1e-9, "{}", gap(hit.time_s));
+                // The normal is the gradient of the distance there, and the disc approaches against it.
+                let at = p + velocity * hit.time_s;
+                assert!((obstacle.distance_m(at + 1e-4 * hit.normal) - radius - 1e-4).abs() < 1e-7);
+                assert!(velocity.dot(&hit.normal) < 0.0 && (hit.normal.norm() - 1.0).abs() < 1e-12);
+            }
+        }
+        assert!(hits > 500, "{hits}");
+    }
+}

@@ -238,9 +238,7 @@ pub(super) struct Statics<'a> {
 impl Statics<'_> {
     /// Distance from `p` to the nearest static obstacle or the map's edge, m.
     pub(super) fn distance_m(&self, p: Vec2) -> f64 {
-        self.unknown
-            .iter()
-            .fold(self.map.distance_m(p), |best, obstacle| math::min(best, obstacle.distance_m(p)))
+        self.unknown.iter().fold(self.map.distance_m(p), |best, obstacle| math::min(best, obstacle.distance_m(p)))
     }
 
     /// First contact within `duration_s` of a disc that moves from `p` with `velocity`; ties go to the known map's
@@ -290,5 +288,82 @@ impl Statics<'_> {
             }
         }
         first
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{EpisodeSeed, Purpose, Stream};
+
+    fn random_grid(stream: &mut Stream, cols: i32, rows: i32, resolution_m: f64, density: f64) -> OccupancyGrid {
+        let mut grid = OccupancyGrid::empty(cols, rows, resolution_m);
+        for index in 0..grid.occupied().len() {
+            if stream.uniform() < density {
+                grid.set_occupied(grid.cell(index));
+            }
+        }
+        grid
+    }
+
+    #[test]
+    fn distances_equal_the_smallest_over_all_squares_and_that_of_parry() {
+        let mut stream = EpisodeSeed { seed: 1, episode: 0 }.stream(Purpose::Planner, 0);
+        for round in 0..200 {
+            let (resolution, density) = (stream.range(0.05, 1.5), stream.range(0.0, 0.5));
+            let grid = random_grid(&mut stream, 1 + round % 17, 1 + round % 11, resolution, density);
+            let map = StaticMap::new(grid);
+            let extent = map.grid.extent_m();
+            for _ in 0..50 {
+                let p = Vec2::new(stream.range(0.0, extent.x), stream.range(0.0, extent.y));
+                let edge = [p.x, p.y, extent.x - p.x, extent.y - p.y].into_iter().fold(f64::INFINITY, math::min);
+                let squares = (0..map.grid.occupied().len()).filter(|&i| map.grid.occupied()[i]);
+                let brute =
+                    squares.fold(edge, |best, i| math::min(best, map.grid.square(map.grid.cell(i)).signed_distance(p)));
+                assert_eq!(map.distance_m(p).to_bits(), brute.to_bits());
+                if brute > 0.0 {
+                    let theirs = map.shape.distance_to_local_point(Vector::new(p.x as f32, p.y as f32), true);
+                    assert!((f64::from(theirs) - brute).abs() < 1e-5, "{theirs} {brute}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn outside_the_map_the_edge_distance_is_negative() {
+        let map = StaticMap::new(OccupancyGrid::empty(4, 3, 1.0));
+        assert_eq!(map.distance_m(Vec2::new(-0.5, 1.0)), -0.5);
+        assert_eq!(map.distance_m(Vec2::new(2.0, 3.25)), -0.25);
+        assert_eq!(map.obstacle_distance_m(Vec2::new(-0.5, 1.0), 9.0), 9.0);
+    }
+
+    #[test]
+    fn merged_rectangles_cover_the_occupied_cells_once() {
+        let mut stream = EpisodeSeed { seed: 2, episode: 0 }.stream(Purpose::Planner, 0);
+        for density in [0.1, 0.5, 0.9, 1.0] {
+            let grid = random_grid(&mut stream, 23, 19, 0.5, density);
+            let rectangles = merged_rectangles(&grid);
+            for index in 0..grid.occupied().len() {
+                let centre = grid.centre(grid.cell(index));
+                let covers = rectangles.iter().filter(|rect| rect.contains(centre)).count();
+                assert_eq!(covers, usize::from(grid.occupied()[index]));
+            }
+            if density == 1.0 {
+                assert_eq!(rectangles.len(), 1);
+            }
+        }
+    }
+
+    #[test]
+    fn digests_tell_maps_apart() {
+        let grid = OccupancyGrid::from_ascii(&["..#", "..."], 1.0);
+        let digest = StaticMap::new(grid.clone()).digest();
+        assert_eq!(StaticMap::new(grid.clone()).digest(), digest);
+        let mut other = grid.clone();
+        other.set_occupied(Cell { col: 0, row: 0 });
+        assert_ne!(StaticMap::new(other).digest(), digest);
+        assert_ne!(StaticMap::new(grid.clone().with_resolution(0.5)).digest(), digest);
+        // The same cells in another outline.
+        assert_ne!(StaticMap::new(OccupancyGrid::from_ascii(&["..", "#.", ".."], 1.0)).digest(), digest);
     }
 }
