@@ -9,7 +9,7 @@
 //!       ......
 //! ```
 
-use super::{Frame, MapError, OccupancyGrid};
+use super::{Frame, MapError, OccupancyGrid, SIDE_MAX};
 use crate::geometry::Pose;
 use crate::quantity::{Finite, Positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -25,7 +25,7 @@ pub struct Params {
     /// The drawing: a list of rows or one block of lines, all of one length, the first on top.
     pub rows: Drawing,
     /// Side of a cell, m. Default 1.
-    #[serde(default = "super::grid::one_metre")]
+    #[serde(default = "super::spec::one_metre")]
     pub resolution_m: Positive,
     /// World pose [x, y, theta] of the lower left corner, m and rad. Default [0, 0, 0].
     #[serde(default = "identity")]
@@ -48,34 +48,31 @@ impl Drawing {
     /// [`MapError::Format`] if there is no cell, the rows differ in length, or a character is unknown.
     pub fn new(rows: Vec<String>) -> Result<Self, MapError> {
         let width = rows.first().map_or(0, |row| row.chars().count());
-        for (index, row) in rows.iter().enumerate() {
-            if let Some((at, found)) = row.chars().enumerate().find(|&(_, c)| !matches!(c, '.' | ' ' | '#' | '@')) {
-                return Err(MapError::Format {
-                    line: index + 1,
-                    column: at + 1,
-                    found: format!("`{found}`"),
-                    expected: "`.` or a space (free), `#` or `@` (occupied)".into(),
-                    advice: "draw with these characters only",
-                });
+        if width == 0 || width > SIDE_MAX || rows.len() > SIDE_MAX {
+            return Err(MapError::at(
+                (0, 0),
+                format!("{} rows of {width} cells", rows.len()),
+                format!("1 to {SIDE_MAX} of each"),
+                "draw one character for each cell",
+            ));
+        }
+        for (line, row) in rows.iter().enumerate() {
+            if let Some((column, found)) = row.chars().enumerate().find(|&(_, c)| !matches!(c, '.' | ' ' | '#' | '@')) {
+                return Err(MapError::at(
+                    (line, column),
+                    format!("`{}`", found.escape_default()),
+                    "`.` or a space (free), `#` or `@` (occupied)",
+                    "draw with these characters only",
+                ));
             }
             if row.len() != width {
-                return Err(MapError::Format {
-                    line: index + 1,
-                    column: row.len().min(width) + 1,
-                    found: format!("{} cells", row.len()),
-                    expected: format!("{width}, as in the first row"),
-                    advice: "give all rows one length (an editor may have cut trailing spaces: draw free cells as `.`)",
-                });
+                return Err(MapError::at(
+                    (line, row.len().min(width)),
+                    format!("a row of {} cells", row.len()),
+                    format!("{width} cells as in the first row"),
+                    "draw free cells as `.`, for editors cut spaces at the end of a line",
+                ));
             }
-        }
-        if width == 0 || width > super::SIDE_MAX || rows.len() > super::SIDE_MAX {
-            return Err(MapError::Format {
-                line: 1,
-                column: 1,
-                found: format!("{width} x {} cells", rows.len()),
-                expected: format!("1 to {} cells a side", super::SIDE_MAX),
-                advice: "draw at least one row of cells",
-            });
         }
         Ok(Self(rows))
     }
@@ -131,5 +128,57 @@ impl Params {
         let lines: Vec<&str> = self.rows.rows().iter().map(String::as_str).collect();
         let [x, y, theta] = self.origin.map(Finite::get);
         OccupancyGrid::from_ascii(&lines, self.resolution_m.get()).with_frame(Frame { origin: Pose::new(x, y, theta) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::{Cell, MapSpec};
+
+    fn read(yaml: &str) -> Result<OccupancyGrid, String> {
+        match serde_yaml::from_str(yaml) {
+            Ok(MapSpec::ascii(params)) => Ok(params.grid()),
+            Ok(other) => panic!("{other:?}"),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
+    #[test]
+    fn a_block_and_a_list_draw_the_same_map() {
+        let block = read("ascii:\n  rows: |\n    ..#\n    @. \n").expect("a map");
+        let list = read("ascii: {rows: ['..#', '@. ']}").expect("a map");
+        assert_eq!(block, list);
+        // The first row is the top: row 1 of the grid.
+        assert!(!block.is_free(Cell { col: 2, row: 1 }) && !block.is_free(Cell { col: 0, row: 0 }));
+        assert_eq!((block.occupied_count(), block.resolution_m()), (2, 1.0));
+    }
+
+    #[test]
+    fn the_origin_is_the_world_pose_of_the_lower_left_corner() {
+        let map = read("ascii: {rows: ['.'], resolution_m: 0.5, origin: [2, -1, 0.5]}").expect("a map");
+        assert_eq!(map.frame().origin, Pose::new(2.0, -1.0, 0.5));
+    }
+
+    #[test]
+    fn faults_are_named_with_their_place() {
+        let unknown = read("ascii:\n  rows: ['...', '.x.']\n").expect_err("refused");
+        assert!(unknown.contains("line 2, column 2: found `x`, expected `.` or a space"), "{unknown}");
+        assert!(unknown.contains("ascii.rows") && unknown.contains("at line 2"), "{unknown}");
+        let ragged = read("ascii: {rows: ['...', '..']}").expect_err("refused");
+        assert!(ragged.contains("line 2, column 3: found a row of 2 cells, expected 3 cells"), "{ragged}");
+        for nothing in ["ascii: {rows: []}", "ascii: {rows: ['']}", "ascii: {rows: ''}"] {
+            let empty = read(nothing).expect_err("refused");
+            assert!(empty.contains("expected 1 to 16384"), "{empty}");
+        }
+        let missing = read("ascii").expect_err("refused");
+        assert!(missing.contains("missing field `rows`"), "{missing}");
+    }
+
+    #[test]
+    fn a_drawn_map_is_written_as_it_is_read() {
+        let spec: MapSpec = serde_yaml::from_str("ascii: {rows: ['.#', '..']}").expect("a map");
+        let text = serde_yaml::to_string(&spec).expect("text");
+        assert_eq!(serde_yaml::from_str::<MapSpec>(&text).expect("a map"), spec);
     }
 }

@@ -1,6 +1,6 @@
 //! What can be wrong with a map.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Why there is no map. Each message says what was found, what was expected and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -56,4 +56,21 @@ pub enum MapError {
         /// What is wrong with it.
         source: Box<MapError>,
     },
+}
+
+impl MapError {
+    /// A [`MapError::Format`] at a place counted from 0.
+    pub(super) fn at(
+        (line, column): (usize, usize),
+        found: impl Into<String>,
+        expected: impl Into<String>,
+        advice: &'static str,
+    ) -> Self {
+        Self::Format { line: line + 1, column: column + 1, found: found.into(), expected: expected.into(), advice }
+    }
+
+    /// The same error, said of a file.
+    pub(super) fn of(self, file: &Path) -> Self {
+        Self::File { file: file.into(), source: Box::new(self) }
+    }
 }
