@@ -708,12 +708,11 @@ mod tests {
 
     #[test]
     fn a_file_torn_at_any_byte_is_resumed_to_the_same_bytes() {
-        let expected = undisturbed(2, 2);
+        let [episodes, _] = &undisturbed(2, 2);
         let directory = tempfile::tempdir().unwrap();
         run(&open(directory.path(), 2, 2).unwrap(), 0);
         let path = directory.path().join(EPISODES_CSV);
         let manifest = std::fs::read(directory.path().join(MANIFEST_JSON)).unwrap();
-        let [episodes, _] = &expected;
         let header = episodes.iter().position(|&byte| byte == b'\n').unwrap() + 1;
         let mut fewest_run = u64::MAX;
         // Everything behind the header, and a few places inside it.
@@ -722,8 +721,8 @@ mod tests {
             std::fs::write(directory.path().join(MANIFEST_JSON), &manifest).unwrap();
             let folder = open(directory.path(), 2, 2).unwrap();
             let ran = run(&folder, u64::MAX);
-            folder.finish().unwrap().unwrap();
-            assert_eq!(content(directory.path()), expected, "torn at byte {torn}");
+            // Without `finish`, which waits for the disk: the summary is a function of these bytes.
+            assert_eq!(std::fs::read(&path).unwrap(), *episodes, "torn at byte {torn}");
             // The more there was, the less is to do.
             assert!(ran <= fewest_run, "torn at byte {torn}: {ran} blocks");
             fewest_run = ran;
@@ -964,6 +963,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::print_stdout, reason = "a skipped test says so")]
     fn a_bad_path_fails_at_once_and_is_named() {
         let directory = tempfile::tempdir().unwrap();
         let file = directory.path().join("file");
@@ -985,6 +985,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::print_stdout, reason = "a skipped test says so")]
     fn a_full_disk_fails_the_run_and_leaves_whole_blocks() {
         // Linux has a file that is always full.
         let full = Path::new("/dev/full");

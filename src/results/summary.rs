@@ -352,7 +352,7 @@ mod tests {
         let records: Vec<_> = reader.records().map(Result::unwrap).collect();
         let field = |record: usize, name: &str| &records[record][names.iter().position(|n| n == name).unwrap()];
         assert_eq!(records.len(), 2);
-        assert_eq!(names.iter().last(), Some("key"));
+        assert_eq!(names.iter().next_back(), Some("key"));
         assert_eq!((field(0, "stack"), field(0, "success"), field(0, "success_rate")), ("a,b", "1", "1"));
         assert_eq!((field(0, "mean_time_s"), field(0, "sd_time_s"), field(0, "n_time_s")), ("1.5", "", "1"));
         assert_eq!((field(1, "stuck"), field(1, "success_low"), field(1, "median_ticks")), ("1", "0", ""));

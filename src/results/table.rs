@@ -131,7 +131,7 @@ mod tests {
         (none.success, none.collision_at_rest, none.n) = (None, 0, 0);
         none.metrics = metric_columns().map(|_| Statistics::default()).collect();
         let expected = [
-            "                                  success %  collision                           length  time  clearance  turning",
+            "                                  success %  collision                         length  time  clearance  turning",
             "stack                    n  [95 % interval]  (at rest)  timeout  stuck  other       m     s      min m   points",
             "a_star+dwa             121    96.7 [92, 99]      2 (1)        1      1      1   43.27  87.1       0.25      6.2",
             "dijkstra+pure_pursuit    0                -          0        0      0      0       -     -          -        -",
