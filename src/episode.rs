@@ -1,6 +1,9 @@
 //! One episode: the tick loop. The only place where planners and the world meet.
 
+use crate::quantity::{NonNegative, Positive};
 use crate::world::ObstacleKind;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Control period, s: the world's only time step. Time is `tick * DT_S`.
 pub const DT_S: f64 = 0.1;
@@ -61,6 +64,34 @@ impl Outcome {
         match self {
             Self::NoPath { message } | Self::PlannerError { message } | Self::InfeasibleWorld { message } => message,
             _ => "",
+        }
+    }
+}
+
+/// When an episode ends (scenario key `termination`).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TerminationSpec {
+    /// Distance of the robot's centre from the goal that counts as arrived, m; default 0.25.
+    pub goal_tolerance_m: NonNegative,
+    /// Time-out as a multiple of the time that the straight line takes at the highest speed; default 10.
+    pub timeout_factor: Positive,
+    /// Time-out, s; replaces the multiple where given.
+    pub timeout_s: Option<Positive>,
+    /// The robot is stuck when it stays within this distance of where it was, m, …; default 0.3.
+    pub stuck_radius_m: Positive,
+    /// … for this long, s; default 30, longer than any planned wait.
+    pub stuck_after_s: Positive,
+}
+
+impl Default for TerminationSpec {
+    fn default() -> Self {
+        Self {
+            goal_tolerance_m: NonNegative::new(0.25),
+            timeout_factor: Positive::new(10.0),
+            timeout_s: None,
+            stuck_radius_m: Positive::new(0.3),
+            stuck_after_s: Positive::new(30.0),
         }
     }
 }

@@ -11,5 +11,6 @@ pub mod plan;
 pub mod quantity;
 pub mod rng;
 pub mod robot;
+pub mod scenario;
 pub mod trace;
 pub mod world;
