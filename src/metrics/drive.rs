@@ -240,7 +240,9 @@ mod tests {
     #[test]
     fn clearances_and_deviations() {
         let mut ticks = constant(1.0, 0.0, 4);
-        for (tick, (end, low)) in ticks.iter_mut().zip([(0.1, 0.1), (0.5, 0.05), (0.15, 0.15), (0.2, -0.01), (0.3, 0.2)]) {
+        for (tick, (end, low)) in
+            ticks.iter_mut().zip([(0.1, 0.1), (0.5, 0.05), (0.15, 0.15), (0.2, -0.01), (0.3, 0.2)])
+        {
             (tick.clearance_m, tick.clearance_low_m) = (end, low);
         }
         assert_eq!(clearance_min_m(&ticks), Some(-0.01));

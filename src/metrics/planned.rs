@@ -60,7 +60,9 @@ pub fn risky_nodes(path: &Path, known: &OccupancyGrid) -> u32 {
 
 fn is_risky(from: Vec2, piece: &Piece, known: &OccupancyGrid) -> bool {
     let (length, chords) = (piece.length(from), chord_count(from, piece, known.resolution_m()));
-    let point = |k: u32| if k == chords { piece.end() } else { piece.point_at(from, length * f64::from(k) / f64::from(chords)) };
+    let point = |k: u32| {
+        if k == chords { piece.end() } else { piece.point_at(from, length * f64::from(k) / f64::from(chords)) }
+    };
     (0..chords).any(|k| is_risky_line(point(k), point(k + 1), known))
 }
 
