@@ -6,7 +6,8 @@ use crate::math;
 /// Up to this many ranked numbers the null distribution is enumerated, ties included.
 ///
 /// All counts stay below 2⁵³ here (2⁵⁰ sign patterns; C(50, 25) splits), so that every one is an
-/// exact f64. R and SciPy change over at the same size.
+/// exact f64. R and SciPy change over near this size for signed ranks without ties (with ties R
+/// approximates at once, SciPy from 14 on).
 pub const EXACT_MAX: usize = 50;
 
 /// How a p-value was found.
