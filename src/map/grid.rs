@@ -2,6 +2,7 @@
 
 use crate::geometry::{Pose, Rect, Vec2, wrap_angle};
 use crate::math;
+use std::fmt;
 
 /// A cell of a grid: column from the left, row from the bottom. May lie outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -94,6 +95,16 @@ impl OccupancyGrid {
         self
     }
 
+    /// The same grid with cells of another size.
+    ///
+    /// # Panics
+    /// If the resolution is not a positive number.
+    pub fn with_resolution(mut self, resolution_m: f64) -> Self {
+        assert!(resolution_m.is_finite() && resolution_m > 0.0, "the resolution is a positive number");
+        self.resolution_m = resolution_m;
+        self
+    }
+
     /// Number of columns.
     pub fn cols(&self) -> i32 {
         self.cols
@@ -180,5 +191,63 @@ impl OccupancyGrid {
     pub fn square(&self, cell: Cell) -> Rect {
         let min = Vec2::new(f64::from(cell.col) * self.resolution_m, f64::from(cell.row) * self.resolution_m);
         Rect { min, max: min + Vec2::new(self.resolution_m, self.resolution_m) }
+    }
+}
+
+/// Draws the grid as [`OccupancyGrid::from_ascii`] reads it: `.` free, `#` occupied, the top row
+/// first, each row ended by a line break.
+impl fmt::Display for OccupancyGrid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for row in self.occupied.chunks_exact(self.cols as usize).rev() {
+            let line: String = row.iter().map(|&occupied| if occupied { '#' } else { '.' }).collect();
+            writeln!(f, "{line}")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::FRAC_PI_2;
+
+    #[test]
+    fn a_grid_is_drawn_as_it_is_read() {
+        let lines = ["..#.", "#...", "...#"];
+        let grid = OccupancyGrid::from_ascii(&lines, 1.0);
+        assert_eq!(grid.to_string().lines().collect::<Vec<_>>(), lines);
+        // The last line is row 0.
+        assert!(!grid.is_free(Cell { col: 3, row: 0 }) && !grid.is_free(Cell { col: 2, row: 2 }));
+        assert_eq!(grid.occupied_count(), 3);
+    }
+
+    #[test]
+    fn outside_is_not_free() {
+        let grid = OccupancyGrid::empty(3, 2, 0.5);
+        for cell in [(-1, 0), (0, -1), (3, 0), (0, 2)].map(|(col, row)| Cell { col, row }) {
+            assert!(!grid.contains(cell) && !grid.is_free(cell));
+        }
+        assert!((0..6).all(|index| grid.index(grid.cell(index)) == index));
+    }
+
+    #[test]
+    fn a_cell_holds_its_lower_and_left_edge() {
+        let grid = OccupancyGrid::empty(3, 2, 0.5);
+        assert_eq!(grid.cell_at(Vec2::new(0.5, 0.0)), Cell { col: 1, row: 0 });
+        assert_eq!(grid.cell_at(Vec2::new(-0.1, 1.0)), Cell { col: -1, row: 2 });
+        assert_eq!(grid.centre(Cell { col: 1, row: 0 }), Vec2::new(0.75, 0.25));
+        assert_eq!(grid.extent_m(), Vec2::new(1.5, 1.0));
+    }
+
+    #[test]
+    fn frames_turn_about_the_lower_left_corner() {
+        // A quarter turn: the grid's x runs along the world's y.
+        let frame = Frame { origin: Pose::new(10.0, 5.0, FRAC_PI_2) };
+        let world = frame.to_world(Pose::new(2.0, 1.0, 0.25));
+        assert!(
+            (world.position - Vec2::new(9.0, 7.0)).norm() < 1e-12 && (world.theta - 0.25 - FRAC_PI_2).abs() < 1e-12
+        );
+        let back = frame.to_grid(world);
+        assert!((back.position - Vec2::new(2.0, 1.0)).norm() < 1e-12 && (back.theta - 0.25).abs() < 1e-12);
     }
 }

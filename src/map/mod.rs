@@ -4,8 +4,21 @@
 //! the bottom. Formats whose first row is the top are flipped by their reader and nowhere else.
 //! Everything outside the grid is blocked.
 
+pub mod ascii;
+pub mod connectivity;
 mod distance;
+pub mod empty;
+mod error;
 mod grid;
+pub mod movingai;
+pub mod random;
+mod spec;
+pub mod warehouse;
 
 pub use distance::DistanceField;
+pub use error::MapError;
 pub use grid::{Cell, Frame, OccupancyGrid};
+pub use spec::MapSpec;
+
+/// Most cells along one side of a map; checked before anything is allocated.
+pub const SIDE_MAX: usize = 16_384;

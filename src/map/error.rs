@@ -1,0 +1,76 @@
+//! What can be wrong with a map.
+
+use std::path::{Path, PathBuf};
+
+/// Why there is no map. Each message says what was found, what was expected and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum MapError {
+    /// A file could not be read.
+    #[error("cannot read the map: {source}; paths are relative to the folder of the scenario file")]
+    Read {
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A text does not follow its format.
+    #[error("line {line}, column {column}: found {found}, expected {expected}; {advice}")]
+    Format {
+        /// Line in the text, counted from 1.
+        line: usize,
+        /// Character in the line, counted from 1.
+        column: usize,
+        /// What stands there.
+        found: String,
+        /// What the format asks for.
+        expected: String,
+        /// What to do about it.
+        advice: &'static str,
+    },
+    /// Sizes of a generated map contradict each other.
+    #[error("{map} map: found {found}, expected {expected}; {advice}")]
+    Contradiction {
+        /// The kind of map.
+        map: &'static str,
+        /// The sizes as given.
+        found: String,
+        /// What would fit.
+        expected: String,
+        /// What to do about it.
+        advice: &'static str,
+    },
+    /// No acceptable map was drawn within the bound on tries.
+    #[error(
+        "{map} map: none of {tries} draws connects the opposite corners, expected one; \
+         lower `obstacles` or set `keep_corners_free: false`"
+    )]
+    Infeasible {
+        /// The kind of map.
+        map: &'static str,
+        /// Maps drawn and rejected.
+        tries: u32,
+    },
+    /// Any of the above, about a file.
+    #[error("{}: {source}", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        source: Box<MapError>,
+    },
+}
+
+impl MapError {
+    /// A [`MapError::Format`] at a place counted from 0.
+    pub(super) fn at(
+        (line, column): (usize, usize),
+        found: impl Into<String>,
+        expected: impl Into<String>,
+        advice: &'static str,
+    ) -> Self {
+        Self::Format { line: line + 1, column: column + 1, found: found.into(), expected: expected.into(), advice }
+    }
+
+    /// The same error, said of a file.
+    pub(super) fn of(self, file: &Path) -> Self {
+        Self::File { file: file.into(), source: Box::new(self) }
+    }
+}

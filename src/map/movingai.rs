@@ -1,0 +1,350 @@
+//! Maps and queries in the format of the MovingAI benchmarks.
+//!
+//! A `.map` is a header of four lines (`type octile`, `height H`, `width W`, `map`) and H rows of W
+//! characters, the first on top: `.`, `G` and `S` are passable, `@`, `O`, `T` and `W` blocked. A `.scen`
+//! is a line `version 1` and one query a line, its nine columns parted by tabs. Its cells count
+//! columns from the left and rows from the *top* ([`flip`]); its lengths are for 8 neighbours
+//! without corner cutting, in cells. Lines may end in CRLF.
+//!
+//! N. R. Sturtevant, *Benchmarks for Grid-Based Pathfinding*, IEEE Transactions on Computational
+//! Intelligence and AI in Games 4(2), 2012.
+
+use super::{Cell, MapError, OccupancyGrid, SIDE_MAX};
+use crate::quantity::Positive;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// Parameters of a map read from a file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// The `.map` file, relative to the folder of the scenario file.
+    pub file: PathBuf,
+    /// Side of a cell, m. Default 1.
+    #[serde(default = "super::spec::one_metre")]
+    pub resolution_m: Positive,
+}
+
+/// Most bytes of a file that are looked at: the largest map with CRLF, and room for the header.
+const FILE_BYTES_MAX: u64 = (SIDE_MAX * (SIDE_MAX + 2) + 1024) as u64;
+
+impl Params {
+    /// Reads the file.
+    ///
+    /// # Errors
+    /// [`MapError::File`] if it cannot be read or does not follow the format.
+    pub fn load(&self, base_dir: &Path) -> Result<OccupancyGrid, MapError> {
+        let file = base_dir.join(&self.file);
+        let mut text = String::new();
+        File::open(&file)
+            .and_then(|opened| opened.take(FILE_BYTES_MAX).read_to_string(&mut text))
+            .map_err(|source| MapError::Read { source }.of(&file))?;
+        let grid = parse(&text).map_err(|error| error.of(&file))?;
+        Ok(grid.with_resolution(self.resolution_m.get()))
+    }
+}
+
+/// Reads the text of a `.map`; cells have a side of 1 m.
+///
+/// # Errors
+/// [`MapError::Format`] at the first place that does not follow the format. Sizes are checked before
+/// anything is allocated.
+pub fn parse(text: &str) -> Result<OccupancyGrid, MapError> {
+    let mut lines = text.lines().enumerate();
+    let mut next = |expected: &str| match lines.next() {
+        Some((_, line)) => Ok(line),
+        None => Err(MapError::at((text.lines().count(), 0), "the end of the file", expected, "the file seems cut off")),
+    };
+    let advice = "a map opens with the lines `type octile`, `height H`, `width W`, `map`";
+    let kind = next("`type octile`")?;
+    if kind != "type octile" {
+        return Err(MapError::at((0, 0), quoted(kind), "`type octile`", advice));
+    }
+    let rows = side(next("`height H`")?, "height", 1)?;
+    let cols = side(next("`width W`")?, "width", 2)?;
+    let opening = next("`map`")?;
+    if opening != "map" {
+        return Err(MapError::at((3, 0), quoted(opening), "`map`", advice));
+    }
+    let mut grid = OccupancyGrid::empty(cols as i32, rows as i32, 1.0);
+    for from_top in 0..rows {
+        let line = next(&format!("{rows} rows of cells, of which {from_top} are there"))?;
+        let mut columns = 0;
+        for (col, character) in line.chars().enumerate() {
+            if col == cols {
+                break;
+            }
+            match character {
+                '.' | 'G' | 'S' => {}
+                '@' | 'O' | 'T' | 'W' => {
+                    grid.set_occupied(Cell { col: col as i32, row: (rows - 1 - from_top) as i32 });
+                }
+                _ => {
+                    return Err(MapError::at(
+                        (from_top + HEADER_LINES, col),
+                        quoted(&character.to_string()),
+                        "`.`, `G` or `S` (passable), `@`, `O`, `T` or `W` (blocked)",
+                        "only these characters are cells of an octile map",
+                    ));
+                }
+            }
+            columns = col + 1;
+        }
+        if columns != cols || line.chars().nth(cols).is_some() {
+            return Err(MapError::at(
+                (from_top + HEADER_LINES, columns),
+                format!("a row of {} characters", line.chars().count()),
+                format!("{cols}, as `width` says"),
+                "correct the row or the header",
+            ));
+        }
+    }
+    match lines.find(|(_, line)| !line.is_empty()) {
+        None => Ok(grid),
+        Some((line, more)) => Err(MapError::at(
+            (line, 0),
+            quoted(more),
+            format!("the end of the file after {rows} rows, as `height` says"),
+            "correct the header or remove the line",
+        )),
+    }
+}
+
+/// Lines before the first row of cells.
+const HEADER_LINES: usize = 4;
+
+/// Longest piece of a file that an error repeats, in characters.
+const QUOTE_MAX: usize = 40;
+
+/// A piece of a file as an error shows it.
+fn quoted(text: &str) -> String {
+    let start: String = text.chars().take(QUOTE_MAX).collect();
+    let more = if start.len() < text.len() { "…" } else { "" };
+    format!("`{}{more}`", start.escape_debug())
+}
+
+/// The number of a header line `key number`.
+fn side(line: &str, key: &str, at: usize) -> Result<usize, MapError> {
+    let number = line.strip_prefix(key).and_then(|rest| rest.strip_prefix(' ')).unwrap_or_default();
+    match number.parse() {
+        Ok(side) if (1..=SIDE_MAX).contains(&side) => Ok(side),
+        _ => Err(MapError::at(
+            (at, 0),
+            quoted(line),
+            format!("`{key}` and a whole number from 1 to {SIDE_MAX}"),
+            "a map opens with the lines `type octile`, `height H`, `width W`, `map`",
+        )),
+    }
+}
+
+/// The text of a `.map` with the occupancy of `grid`: `.` passable, `@` blocked. Resolution and frame
+/// have no place in it.
+pub fn write(grid: &OccupancyGrid) -> String {
+    let mut text = format!("type octile\nheight {}\nwidth {}\nmap\n", grid.rows(), grid.cols());
+    for row in grid.occupied().chunks_exact(grid.cols() as usize).rev() {
+        text.extend(row.iter().map(|&occupied| if occupied { '@' } else { '.' }));
+        text.push('\n');
+    }
+    text
+}
+
+/// The grid's cell of a file's cell (row counted from the top), and the other way round.
+pub fn flip(grid: &OccupancyGrid, cell: Cell) -> Cell {
+    Cell { col: cell.col, row: grid.rows() - 1 - cell.row }
+}
+
+/// One query of a `.scen`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Query {
+    /// Start as the file counts: row 0 at the top.
+    pub start: Cell,
+    /// Goal as the file counts: row 0 at the top.
+    pub goal: Cell,
+    /// Optimal octile length in cells, as printed: to 6 significant digits in the older files.
+    pub optimal_length: f64,
+}
+
+/// Reads the text of a `.scen`, in the order of its lines.
+///
+/// # Errors
+/// [`MapError::Format`] at the first place that does not follow the format, a cell outside the
+/// query's own width and height included.
+pub fn parse_queries(text: &str) -> Result<Vec<Query>, MapError> {
+    let mut lines = text.lines().enumerate();
+    let version = lines.next().map_or("", |(_, line)| line);
+    if !matches!(version, "version 1" | "version 1.0") {
+        return Err(MapError::at((0, 0), quoted(version), "`version 1`", "a .scen file opens with that line"));
+    }
+    lines.filter(|(_, line)| !line.is_empty()).map(|(number, line)| parse_query(number, line)).collect()
+}
+
+/// Columns of a query's line.
+const QUERY_COLUMNS: [&str; 9] =
+    ["bucket", "map", "map width", "map height", "start x", "start y", "goal x", "goal y", "optimal length"];
+
+fn parse_query(number: usize, line: &str) -> Result<Query, MapError> {
+    let fields: Vec<&str> = line.split('\t').collect();
+    let advice = "a query is: bucket, map, map width, map height, start x, start y, goal x, goal y, optimal length";
+    if fields.len() != QUERY_COLUMNS.len() {
+        let found = format!("{} columns", fields.len());
+        return Err(MapError::at((number, 0), found, format!("{} parted by tabs", QUERY_COLUMNS.len()), advice));
+    }
+    let place = |index: usize| (number, fields[..index].iter().map(|field| field.chars().count() + 1).sum());
+    let whole = |index: usize, low: usize, high: usize| match usize::from_str(fields[index]) {
+        Ok(value) if (low..=high).contains(&value) => Ok(value),
+        _ => {
+            let expected = format!("{}, a whole number from {low} to {high}", QUERY_COLUMNS[index]);
+            Err(MapError::at(place(index), quoted(fields[index]), expected, advice))
+        }
+    };
+    let (width, height) = (whole(2, 1, SIDE_MAX)?, whole(3, 1, SIDE_MAX)?);
+    let cell = |x: usize, y: usize| {
+        Ok::<_, MapError>(Cell { col: whole(x, 0, width - 1)? as i32, row: whole(y, 0, height - 1)? as i32 })
+    };
+    let (start, goal) = (cell(4, 5)?, cell(6, 7)?);
+    match f64::from_str(fields[8]) {
+        Ok(optimal_length) if optimal_length.is_finite() && optimal_length >= 0.0 => {
+            Ok(Query { start, goal, optimal_length })
+        }
+        _ => Err(MapError::at(place(8), quoted(fields[8]), "optimal length, a number of at least 0", advice)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    const SMALL: &str = "type octile\nheight 2\nwidth 3\nmap\n.GS\n@OT\n";
+
+    fn fault(text: &str) -> String {
+        parse(text).expect_err("refused").to_string()
+    }
+
+    #[test]
+    fn rows_are_read_from_the_top_and_every_character_is_known() {
+        let grid = parse(SMALL).expect("a map");
+        assert_eq!(grid.to_string(), "...\n###\n");
+        assert!(!grid.is_free(Cell { col: 0, row: 0 }) && grid.is_free(Cell { col: 0, row: 1 }));
+        assert_eq!(flip(&grid, Cell { col: 2, row: 0 }), Cell { col: 2, row: 1 });
+        assert_eq!(parse(&SMALL.replace('T', "W")).expect("a map"), grid);
+        assert_eq!(parse(&SMALL.replace('\n', "\r\n")).expect("a map"), grid);
+        assert_eq!(parse(SMALL.trim_end()).expect("a map"), grid);
+        assert_eq!(parse(&write(&grid)).expect("a map"), grid);
+    }
+
+    #[test]
+    fn faults_are_named_with_their_place() {
+        for (text, expected) in [
+            (String::new(), "line 1, column 1: found the end of the file, expected `type octile`"),
+            (SMALL.replace("octile", "tile"), "line 1, column 1: found `type tile`, expected `type octile`"),
+            (SMALL.replace("height 2", "height -2"), "line 2, column 1: found `height -2`, expected `height` and a"),
+            (SMALL.replace("height 2", "width 2"), "line 2, column 1: found `width 2`, expected `height`"),
+            (SMALL.replace("width 3", "width 99999"), "line 3, column 1: found `width 99999`, expected `width` and"),
+            (SMALL.replace("\nmap", "\nmaps"), "line 4, column 1: found `maps`, expected `map`"),
+            (SMALL.replace('S', "x"), "line 5, column 3: found `x`, expected `.`, `G` or `S`"),
+            (SMALL.replace("@O", "@"), "line 6, column 3: found a row of 2 characters, expected 3"),
+            (SMALL.replace("@O", "@OO"), "line 6, column 4: found a row of 4 characters, expected 3"),
+            (SMALL.replace("height 2", "height 3"), "line 7, column 1: found the end of the file, expected 3 rows"),
+            (SMALL.replace("height 2", "height 1"), "line 6, column 1: found `@OT`, expected the end of the file"),
+        ] {
+            let message = fault(&text);
+            assert!(message.starts_with(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn an_unreadable_file_is_named() {
+        let params = Params { file: "no/such.map".into(), resolution_m: Positive::new(1.0) };
+        let message = params.load(Path::new("scenarios")).expect_err("refused").to_string();
+        assert!(message.contains("such.map: cannot read the map: "), "{message}");
+    }
+
+    #[test]
+    fn queries_are_read_in_the_cells_of_the_file() {
+        let text = "version 1\r\n3\tmaps/a.map\t3\t2\t0\t1\t2\t0\t2.41421\r\n";
+        let query = Query { start: Cell { col: 0, row: 1 }, goal: Cell { col: 2, row: 0 }, optimal_length: 2.41421 };
+        assert_eq!(parse_queries(text).expect("queries"), [query]);
+        for (text, expected) in [
+            ("version 2\n".to_string(), "line 1, column 1: found `version 2`, expected `version 1`"),
+            (text.replace('\t', " "), "line 2, column 1: found 1 columns, expected 9 parted by tabs"),
+            // "3\tmaps/a.map\t3\t2\t0\t" takes 19 characters.
+            (
+                text.replace("\t1\t", "\t2\t"),
+                "line 2, column 20: found `2`, expected start y, a whole number from 0 to 1",
+            ),
+            (text.replace("2.41421", "NaN"), "line 2, column 26: found `NaN`, expected optimal length"),
+        ] {
+            let message = parse_queries(&text).expect_err("refused").to_string();
+            assert!(message.starts_with(expected), "{message}");
+        }
+    }
+
+    /// The files of the benchmark with an extension, or nothing where the benchmark is absent.
+    fn benchmark_files(extension: &str) -> Vec<PathBuf> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/benchmarks/movingai");
+        let Ok(entries) = std::fs::read_dir(folder) else {
+            writeln!(std::io::stderr(), "skipped: ../shared/benchmarks not found").expect("stderr");
+            return Vec::new();
+        };
+        let mut files: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
+        files.retain(|file| file.extension().is_some_and(|found| found == extension));
+        files.sort();
+        assert!(!files.is_empty(), "no .{extension} in the benchmark");
+        files
+    }
+
+    #[test]
+    fn every_benchmark_map_is_read_as_it_stands() {
+        for file in benchmark_files("map") {
+            let text = std::fs::read_to_string(&file).expect("text");
+            let grid = parse(&text).expect("a map");
+            // Independently: the rows are what follows the header, as bytes.
+            let rows: Vec<&[u8]> = text.lines().skip(4).map(str::as_bytes).collect();
+            assert_eq!((grid.rows() as usize, grid.cols() as usize), (rows.len(), rows[0].len()), "{}", file.display());
+            for (y, row) in rows.iter().enumerate() {
+                for (x, byte) in row.iter().enumerate() {
+                    let cell = flip(&grid, Cell { col: x as i32, row: y as i32 });
+                    assert_eq!(grid.is_free(cell), b".GS".contains(byte), "{} {x} {y}", file.display());
+                }
+            }
+            assert_eq!(parse(&write(&grid)).expect("a map"), grid);
+        }
+    }
+
+    #[test]
+    fn free_cells_of_known_maps_are_counted() {
+        // Counted with `sed 1,4d FILE | tr -d '\r\n@OTW' | wc -c`.
+        let known = [("arena", 49, 2054), ("lak303d", 194, 14_784), ("random512-20-0", 512, 209_281)];
+        for file in benchmark_files("map") {
+            let name = file.file_stem().expect("a name").to_string_lossy().into_owned();
+            if let Some(&(_, side, free)) = known.iter().find(|known| known.0 == name) {
+                let grid = parse(&std::fs::read_to_string(&file).expect("text")).expect("a map");
+                assert_eq!((grid.cols(), grid.rows()), (side, side));
+                assert_eq!(grid.occupied().len() - grid.occupied_count(), free, "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_benchmark_query_starts_and_ends_on_free_cells() {
+        let mut queries = 0;
+        let files = benchmark_files("scen");
+        for file in &files {
+            let text = std::fs::read_to_string(file).expect("text");
+            let map = text.lines().nth(1).and_then(|line| line.split('\t').nth(1)).expect("a map");
+            let map = file.with_file_name(Path::new(map).file_name().expect("a name"));
+            let grid = parse(&std::fs::read_to_string(map).expect("text")).expect("a map");
+            for query in parse_queries(&text).expect("queries") {
+                let free = [query.start, query.goal].map(|cell| grid.is_free(flip(&grid, cell)));
+                assert_eq!(free, [true; 2], "{} {query:?}", file.display());
+                queries += 1;
+            }
+        }
+        assert!(files.is_empty() || queries == 7994, "{queries} queries");
+    }
+}
