@@ -363,16 +363,16 @@ mod tests {
             used.reset();
             let after = course.drive(150, |observation, guidance| used.decide(observation, guidance));
             assert_eq!(after, drive(&course, &Params::default(), 150));
-            let forgetful = course.drive(150, |observation, guidance| {
-                Planner::new(&Params::default()).decide(observation, guidance)
-            });
+            let forgetful = course
+                .drive(150, |observation, guidance| Planner::new(&Params::default()).decide(observation, guidance));
             assert_eq!(after, forgetful);
         }
     }
 
     #[test]
     fn parameters_are_read_with_their_defaults_and_unknown_ones_refused() {
-        let params: Params = serde_yaml::from_str("horizon_s: 2\nva_distance: clearance\nyaw_rate_step_radps: 0.01").unwrap();
+        let params: Params =
+            serde_yaml::from_str("horizon_s: 2\nva_distance: clearance\nyaw_rate_step_radps: 0.01").unwrap();
         assert_eq!(params.window().yaw_rate, Spacing::Step(0.01));
         assert_eq!(params.window().speed, Spacing::Count(11));
         assert_eq!((params.window().horizon_s, params.window().braking_distance), (2.0, BrakingDistance::Clearance));
