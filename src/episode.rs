@@ -2,8 +2,7 @@
 
 use crate::world::ObstacleKind;
 
-/// Control period, s: the world's only time step. Time is `tick * DT_S`.
-pub const DT_S: f64 = 0.1;
+pub use crate::world::DT_S;
 
 /// How an episode ended. Failure to reach the goal is a result, never an error.
 #[derive(Clone, Debug, PartialEq)]
