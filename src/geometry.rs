@@ -148,6 +148,28 @@ impl Piece {
         }
     }
 
+    /// The arc length at which the piece that begins at `from` comes nearest to `p`.
+    pub fn project(&self, from: Vec2, p: Vec2) -> f64 {
+        match *self {
+            Self::Line { to } => (closest_on_segment(p, from, to) - from).norm(),
+            Self::Arc { to, centre, sweep } => {
+                let (r, q) = (from - centre, p - centre);
+                // The turn from the beginning to p, in the sweep's own sense.
+                let mut turn = math::atan2(cross(r, q), r.dot(&q));
+                if turn * sweep < 0.0 {
+                    turn += if sweep > 0.0 { math::TAU } else { -math::TAU };
+                }
+                if turn.abs() <= sweep.abs() {
+                    r.norm() * turn.abs()
+                } else if (p - from).norm() <= (p - to).norm() {
+                    0.0
+                } else {
+                    self.length(from)
+                }
+            }
+        }
+    }
+
     /// The point at arc length `s` (0 to the length) of the piece that begins at `from`.
     pub fn point_at(&self, from: Vec2, s: f64) -> Vec2 {
         let length = self.length(from);
@@ -231,35 +253,25 @@ impl Path {
 
     /// The arc length at which the path comes nearest to `p`, and that distance; the first of equals.
     pub fn project(&self, p: Vec2) -> (f64, f64) {
-        let mut best = (0.0, (p - self.start).norm());
+        self.project_within(p, 0.0, f64::INFINITY)
+    }
+
+    /// The same for the pieces that reach into the arc lengths from `from_m` to `to_m` alone.
+    pub fn project_within(&self, p: Vec2, from_m: f64, to_m: f64) -> (f64, f64) {
+        let mut best = (0.0, f64::INFINITY);
         let mut s = 0.0;
         for (from, piece) in self.segments() {
             let length = piece.length(from);
-            let along = match *piece {
-                Piece::Line { to } => (closest_on_segment(p, from, to) - from).norm(),
-                Piece::Arc { centre, sweep, .. } => {
-                    let (r, q) = (from - centre, p - centre);
-                    let mut turn = wrap_angle(math::atan2(cross(r, q), r.dot(&q)));
-                    // The turn in the sweep's own sense; past the end, the nearer end wins.
-                    if turn * sweep < 0.0 {
-                        turn += if sweep > 0.0 { math::TAU } else { -math::TAU };
-                    }
-                    if turn.abs() <= sweep.abs() {
-                        r.norm() * turn.abs()
-                    } else if (p - from).norm() <= (p - piece.end()).norm() {
-                        0.0
-                    } else {
-                        length
-                    }
+            if s + length >= from_m && s <= to_m {
+                let along = piece.project(from, p);
+                let distance = (p - piece.point_at(from, along)).norm();
+                if distance < best.1 {
+                    best = (s + along, distance);
                 }
-            };
-            let distance = (p - piece.point_at(from, along)).norm();
-            if distance < best.1 {
-                best = (s + along, distance);
             }
             s += length;
         }
-        best
+        if best.1.is_finite() { best } else { (s, (p - self.end()).norm()) }
     }
 }
 

@@ -91,3 +91,10 @@ pub struct Observation<'a> {
     /// The robot itself: footprint and limits.
     pub robot: &'a Robot,
 }
+
+impl Observation<'_> {
+    /// Simulated time since `tick`, s.
+    pub fn time_since_s(&self, tick: u32) -> f64 {
+        f64::from(self.tick - tick) * self.dt_s
+    }
+}

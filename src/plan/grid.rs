@@ -1,7 +1,11 @@
 //! The planning grid: where the centre of the robot may be, and who sees whom.
+//!
+//! One byte per cell in a flat row-major array with a border of one blocked cell all around, so
+//! that neither searches nor lines of sight ever test for the edge of the map.
 
-use crate::geometry::Vec2;
+use crate::geometry::{Rect, Vec2, point_segment_distance};
 use crate::map::{Cell, DistanceField, OccupancyGrid};
+use crate::math;
 
 /// What a cell of the planning grid allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,42 +14,557 @@ pub enum Passability {
     Blocked,
     /// Enterable at its plain cost.
     Free,
-    /// Inside the inflated zone around a start or goal: enterable at ten times the cost.
+    /// Inside the inflated zone around a start or goal: a step from or to it costs ten times as much.
     Escape,
 }
 
+/// The byte of a cell that is never enterable.
+pub(super) const BLOCKED: u8 = 0;
+/// Bit of a passable cell.
+pub(super) const PASSABLE: u8 = 0b001;
+/// Bit of a cell of an escape zone, beside [`PASSABLE`].
+pub(super) const ESCAPE: u8 = 0b010;
+/// Mark of a cell that [`PlanningGrid::open_around`] is about to open; not passable, never left behind.
+const OPENING: u8 = 0b100;
+
+/// How many times a step from or to a cell of an escape zone costs its plain cost (`design.md` §4).
+pub const ESCAPE_FACTOR: u32 = 10;
+
+/// Longest side of a planning grid, cells: [`Cells`](crate::quantity::Cells) allows no more, and
+/// the integers of [`PlanningGrid::line_of_sight`] hold no more.
+const SIDE_MAX: i32 = 1 << 14;
+
+/// Points are rounded to this fraction of a cell before their sight is computed in integers.
+/// Cell centres and corners are represented exactly.
+const UNITS_PER_CELL: i64 = 1 << 16;
+
+/// Slack of comparisons between distances, m: what rounding may take from an exact clearance.
+const DISTANCE_SLACK_M: f64 = 1e-9;
+
 /// Where the centre of the robot may be, cell by cell, with a blocked border around.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct PlanningGrid {
     cols: i32,
     rows: i32,
     resolution_m: f64,
-    cells: Vec<Passability>,
+    /// Padded, row-major, `(cols + 2) * (rows + 2)`.
+    cells: Vec<u8>,
+    /// Cells that are being opened; kept for its memory.
+    zone: Vec<u32>,
 }
 
 impl PlanningGrid {
     /// A cell is blocked if it is occupied or its centre is nearer than `inflation_m` to an
-    /// occupied square (the border of the map counts as occupied).
+    /// occupied square (the border of the map counts as occupied). Without inflation the field is not read.
+    ///
+    /// # Panics
+    /// If a side is longer than 16384 cells.
     pub fn new(grid: &OccupancyGrid, field: &DistanceField, inflation_m: f64) -> Self {
-        let _ = field;
-        let _ = inflation_m;
-        Self { cols: grid.cols(), rows: grid.rows(), resolution_m: grid.resolution_m(), cells: Vec::new() }
+        let mut planning = Self::default();
+        planning.rebuild(grid, field, inflation_m);
+        planning
     }
 
-    /// Makes the connected inflated but unoccupied cells around `cell` passable at ten times the cost
-    /// until free space is reached, where `cell` is blocked by inflation alone.
+    /// The same in place, keeping the memory. Escape zones are closed again.
+    ///
+    /// # Panics
+    /// If a side is longer than 16384 cells.
+    pub fn rebuild(&mut self, grid: &OccupancyGrid, field: &DistanceField, inflation_m: f64) {
+        assert!(grid.cols() <= SIDE_MAX && grid.rows() <= SIDE_MAX, "a planning grid has at most {SIDE_MAX}² cells");
+        self.cols = grid.cols();
+        self.rows = grid.rows();
+        self.resolution_m = grid.resolution_m();
+        self.cells.clear();
+        self.cells.resize(self.stride() * (self.rows as usize + 2), BLOCKED);
+        let stride = self.stride();
+        let padded_rows = self.cells[stride..].chunks_exact_mut(stride);
+        for (row, (padded, occupied)) in padded_rows.zip(grid.occupied().chunks_exact(grid.cols() as usize)).enumerate()
+        {
+            for (col, (cell, &occupied)) in padded[1..].iter_mut().zip(occupied).enumerate() {
+                let near = || {
+                    let distance_m = field.distance_m(Cell { col: col as i32, row: row as i32 });
+                    distance_m < inflation_m - DISTANCE_SLACK_M
+                };
+                if !(occupied || inflation_m > 0.0 && near()) {
+                    *cell = PASSABLE;
+                }
+            }
+        }
+    }
+
+    /// Opens an escape zone where `cell` is blocked by inflation alone: the connected inflated but
+    /// unoccupied cells around it become passable, as far as free space is away from it.
+    ///
+    /// Connected means through the four edges of the cells. The zone holds the cells that are no more
+    /// steps away than the first one that has a free neighbour: the inflated cells beyond belong to
+    /// passages that are too narrow for the robot, which it has no reason to enter. Where no free
+    /// cell can be reached the whole of the connected cells is opened. A free or occupied cell, or one
+    /// outside, changes nothing.
+    ///
+    /// # Panics
+    /// If `grid` has not the size of the map that this one was built from.
     pub fn open_around(&mut self, grid: &OccupancyGrid, cell: Cell) {
-        let _ = (grid, cell);
+        assert!((grid.cols(), grid.rows()) == (self.cols, self.rows), "the map that the planning grid was built from");
+        if self.passability(cell) != Passability::Blocked || !grid.is_free(cell) {
+            return;
+        }
+        let stride = self.stride() as u32;
+        let mut zone = core::mem::take(&mut self.zone);
+        zone.clear();
+        zone.push(self.index(cell));
+        self.cells[zone[0] as usize] = OPENING;
+        // Breadth first, one layer of equally many steps at a time.
+        let (mut layer, mut reached_free_space) = (0..1, false);
+        while !layer.is_empty() && !reached_free_space {
+            for at in layer.clone() {
+                for next in [zone[at] + 1, zone[at] - 1, zone[at] + stride, zone[at] - stride] {
+                    match self.cells[next as usize] {
+                        BLOCKED if grid.is_free(self.cell(next)) => {
+                            self.cells[next as usize] = OPENING;
+                            zone.push(next);
+                        }
+                        // An escape zone opened earlier leads to free space as well.
+                        bits => reached_free_space |= bits & PASSABLE != 0,
+                    }
+                }
+            }
+            layer = layer.end..zone.len();
+        }
+        for (at, &index) in zone.iter().enumerate() {
+            // The last layer lies beyond the cell that touches free space.
+            let beyond = reached_free_space && layer.contains(&at);
+            self.cells[index as usize] = if beyond { BLOCKED } else { PASSABLE | ESCAPE };
+        }
+        self.zone = zone;
+    }
+
+    /// Number of columns.
+    pub fn cols(&self) -> i32 {
+        self.cols
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> i32 {
+        self.rows
+    }
+
+    /// Side of a cell, m.
+    pub fn resolution_m(&self) -> f64 {
+        self.resolution_m
     }
 
     /// What a cell allows; outside is blocked.
     pub fn passability(&self, cell: Cell) -> Passability {
-        let _ = (cell, self.cols, self.rows);
-        self.cells[0]
+        if !self.contains(cell) {
+            return Passability::Blocked;
+        }
+        match self.cells[self.index(cell) as usize] {
+            bits if bits & ESCAPE != 0 => Passability::Escape,
+            PASSABLE => Passability::Free,
+            _ => Passability::Blocked,
+        }
+    }
+
+    /// Whether the robot's centre may be in the cell: it is free or part of an escape zone.
+    pub fn is_passable(&self, cell: Cell) -> bool {
+        self.passability(cell) != Passability::Blocked
     }
 
     /// Centre of a cell, grid frame, metres.
     pub fn centre(&self, cell: Cell) -> Vec2 {
         Vec2::new((f64::from(cell.col) + 0.5) * self.resolution_m, (f64::from(cell.row) + 0.5) * self.resolution_m)
+    }
+
+    /// Whether the segment between the centres of two cells touches no blocked cell.
+    ///
+    /// Exact (integers only), symmetric in its ends. Every cell whose closed square the segment
+    /// touches counts, so a segment through a shared vertex touches all four cells around it
+    /// (`systems.md` §1.2). Cells of escape zones do not block the view. A cell outside sees nothing.
+    pub fn line_of_sight_cells(&self, a: Cell, b: Cell) -> bool {
+        self.sees(a, b, |bits| bits & PASSABLE != 0)
+    }
+
+    /// The same, with cells of escape zones blocking the view as well.
+    pub fn line_of_sight_cells_free(&self, a: Cell, b: Cell) -> bool {
+        self.sees(a, b, |bits| bits == PASSABLE)
+    }
+
+    /// Walks from cell to cell along the segment and asks each one.
+    fn sees(&self, a: Cell, b: Cell, is_clear: impl Fn(u8) -> bool) -> bool {
+        if !(self.contains(a) && self.contains(b)) {
+            return false;
+        }
+        let (d_col, d_row) = (b.col - a.col, b.row - a.row);
+        let (step_col, step_row) = (d_col.signum() as isize, d_row.signum() as isize * self.stride() as isize);
+        let (cols, rows) = (i64::from(d_col.abs()), i64::from(d_row.abs()));
+        let is_clear = |index: isize| is_clear(self.cells[index as usize]);
+
+        let mut at = self.index(a) as isize;
+        // The segment leaves its i-th column at (2i + 1) / (2 cols) of its length and its j-th row
+        // at (2j + 1) / (2 rows). `lead` is the first minus the second, times 2 cols rows.
+        let mut lead = rows - cols;
+        let mut lines_left = cols + rows;
+        let mut clear = is_clear(at);
+        while clear && lines_left > 0 {
+            if lead < 0 {
+                at += step_col;
+                lead += 2 * rows;
+                lines_left -= 1;
+            } else if lead > 0 {
+                at += step_row;
+                lead -= 2 * cols;
+                lines_left -= 1;
+            } else {
+                clear = is_clear(at + step_col) && is_clear(at + step_row);
+                at += step_col + step_row;
+                lead += 2 * (rows - cols);
+                lines_left -= 2;
+            }
+            clear = clear && is_clear(at);
+        }
+        clear
+    }
+
+    /// Whether the segment a–b (grid frame, metres) touches no blocked cell.
+    ///
+    /// The points are rounded to 1/65536 of a cell (cell centres and corners are exact); from
+    /// there on everything is integers. Symmetric; touching an edge or a vertex is touching all
+    /// cells that share it. Cells of escape zones do not block the view. A point outside the map,
+    /// or on its border, sees nothing.
+    pub fn line_of_sight(&self, a: Vec2, b: Vec2) -> bool {
+        let (Some(a), Some(b)) = (self.to_units(a), self.to_units(b)) else { return false };
+        let ((ax, ay), (bx, by)) = if a.1 <= b.1 { (a, b) } else { (b, a) };
+        let (dx, dy) = (bx - ax, by - ay);
+        // The columns whose closed range touches [low, high] / (scale · unit): all arguments ≥ 0.
+        let first = |low: i64, scale: i64| (low + scale * UNITS_PER_CELL - 1) / (scale * UNITS_PER_CELL) - 1;
+        let last = |high: i64, scale: i64| high / (scale * UNITS_PER_CELL);
+        (first(ay, 1)..=last(by, 1)).all(|row| {
+            // The part of the segment inside the row's closed band; x times dy is a whole number.
+            let (scale, enters, leaves) = if dy == 0 {
+                (1, ax, bx)
+            } else {
+                let x_times_dy = |y: i64| ax * dy + dx * (y - ay);
+                let bottom = (row * UNITS_PER_CELL).max(ay);
+                let top = ((row + 1) * UNITS_PER_CELL).min(by);
+                (dy, x_times_dy(bottom), x_times_dy(top))
+            };
+            let (low, high) = (enters.min(leaves), enters.max(leaves));
+            let begin = (row + 1) as usize * self.stride() + 1;
+            let touched = (begin as i64 + first(low, scale)) as usize..=(begin as i64 + last(high, scale)) as usize;
+            self.cells[touched].iter().all(|bits| bits & PASSABLE != 0)
+        })
+    }
+
+    /// Whether the segment a–b (grid frame, metres) is in sight and keeps at least `clearance_m` from
+    /// every blocked square, the border of the map included: `los_r` of `systems.md` §1.2.
+    ///
+    /// Rounding is on the side of the segment: 1e-9 m less clearance counts as kept. Without
+    /// clearance it is [`Self::line_of_sight`]: no touch.
+    pub fn line_of_sight_with_clearance(&self, a: Vec2, b: Vec2, clearance_m: f64) -> bool {
+        self.line_of_sight(a, b) && (clearance_m <= 0.0 || self.keeps_clear(a, b, clearance_m))
+    }
+
+    /// Whether no blocked square is nearer than `clearance_m` to a segment that crosses none.
+    fn keeps_clear(&self, a: Vec2, b: Vec2, clearance_m: f64) -> bool {
+        let (a, b) = if a.y <= b.y { (a, b) } else { (b, a) };
+        let d = b - a;
+        let line = |from_m: f64, to_m: f64, count: i32| {
+            // One more on either side: rounding must not lose a line of cells.
+            let first = ((from_m - clearance_m) / self.resolution_m).floor() as i32 - 1;
+            let last = ((to_m + clearance_m) / self.resolution_m).floor() as i32 + 1;
+            first.max(-1)..=last.min(count)
+        };
+        line(a.y, b.y, self.rows).all(|row| {
+            let (bottom, top) = (f64::from(row) * self.resolution_m, f64::from(row + 1) * self.resolution_m);
+            // Where the segment is within reach of the row.
+            let share = |y: f64| if d.y == 0.0 { 0.0 } else { math::clamp((y - a.y) / d.y, 0.0, 1.0) };
+            let enters = a.x + d.x * share(bottom - clearance_m);
+            let leaves = if d.y == 0.0 { b.x } else { a.x + d.x * share(top + clearance_m) };
+            line(math::min(enters, leaves), math::max(enters, leaves), self.cols).all(|col| {
+                let index = (row + 1) as usize * self.stride() + (col + 1) as usize;
+                self.cells[index] & PASSABLE != 0 || {
+                    let min = Vec2::new(f64::from(col) * self.resolution_m, bottom);
+                    let square = Rect { min, max: min + Vec2::new(self.resolution_m, self.resolution_m) };
+                    segment_square_distance(a, b, square) >= clearance_m - DISTANCE_SLACK_M
+                }
+            })
+        })
+    }
+
+    /// A point of the map in integer units from its lower left corner; `None` outside.
+    fn to_units(&self, p: Vec2) -> Option<(i64, i64)> {
+        let inside = |x: f64, cells: i32| x >= 0.0 && x <= f64::from(cells) * self.resolution_m;
+        let units = |x: f64| (x / self.resolution_m * UNITS_PER_CELL as f64).round() as i64;
+        (inside(p.x, self.cols) && inside(p.y, self.rows)).then(|| (units(p.x), units(p.y)))
+    }
+
+    fn contains(&self, cell: Cell) -> bool {
+        cell.col >= 0 && cell.col < self.cols && cell.row >= 0 && cell.row < self.rows
+    }
+
+    /// Cells from one row of the padded array to the next.
+    pub(super) fn stride(&self) -> usize {
+        self.cols as usize + 2
+    }
+
+    /// The padded array: [`BLOCKED`], or [`PASSABLE`] with or without [`ESCAPE`].
+    pub(super) fn cells(&self) -> &[u8] {
+        &self.cells
+    }
+
+    /// Index in the padded array; for a cell of the map or its border.
+    pub(super) fn index(&self, cell: Cell) -> u32 {
+        (cell.row + 1) as u32 * self.stride() as u32 + (cell.col + 1) as u32
+    }
+
+    /// The cell of an index of the padded array.
+    pub(super) fn cell(&self, index: u32) -> Cell {
+        let stride = self.stride() as u32;
+        Cell { col: (index % stride) as i32 - 1, row: (index / stride) as i32 - 1 }
+    }
+}
+
+/// Distance between a segment and a square that it does not cross.
+///
+/// Two convex polygons that are apart come nearest at a corner of one of them.
+fn segment_square_distance(a: Vec2, b: Vec2, square: Rect) -> f64 {
+    let (min, max) = (square.min, square.max);
+    let corners = [min, Vec2::new(max.x, min.y), max, Vec2::new(min.x, max.y)];
+    let ends = math::min(square.signed_distance(a), square.signed_distance(b));
+    corners.iter().fold(ends, |nearest, &corner| math::min(nearest, point_segment_distance(corner, a, b)))
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::rng::{EpisodeSeed, Purpose, Stream};
+
+    pub(in crate::plan) fn stream(entity: u64) -> Stream {
+        EpisodeSeed { seed: 1, episode: 0 }.stream(Purpose::Map, entity)
+    }
+
+    /// A map of up to `side` by `side` cells of which about `share` are occupied.
+    pub(in crate::plan) fn random_map(stream: &mut Stream, side: usize, share: f64) -> OccupancyGrid {
+        let resolution_m = [1.0, 0.05, 0.3][stream.index(3)];
+        let (cols, rows) = (1 + stream.index(side) as i32, 1 + stream.index(side) as i32);
+        let mut grid = OccupancyGrid::empty(cols, rows, resolution_m);
+        for index in 0..grid.occupied().len() {
+            if stream.uniform() < share {
+                grid.set_occupied(grid.cell(index));
+            }
+        }
+        grid
+    }
+
+    pub(in crate::plan) fn random_cell(stream: &mut Stream, grid: &OccupancyGrid) -> Cell {
+        grid.cell(stream.index(grid.occupied().len()))
+    }
+
+    pub(in crate::plan) fn uninflated(grid: &OccupancyGrid) -> PlanningGrid {
+        PlanningGrid::new(grid, &DistanceField::new(grid), 0.0)
+    }
+
+    /// What `lines` draw: `.` free, `i` blocked by inflation alone, `#` occupied.
+    pub(in crate::plan) fn drawn(lines: &[&str]) -> (OccupancyGrid, PlanningGrid) {
+        let inflated = uninflated(&OccupancyGrid::from_ascii(lines, 1.0));
+        let lines: Vec<String> = lines.iter().map(|line| line.replace('i', ".")).collect();
+        let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
+        (OccupancyGrid::from_ascii(&lines, 1.0), inflated)
+    }
+
+    fn drawing(grid: &PlanningGrid) -> Vec<String> {
+        let letter = |col, row| match grid.passability(Cell { col, row }) {
+            Passability::Blocked => '#',
+            Passability::Free => '.',
+            Passability::Escape => 'e',
+        };
+        (0..grid.rows()).rev().map(|row| (0..grid.cols()).map(|col| letter(col, row)).collect()).collect()
+    }
+
+    /// Whether a segment and a closed square share a point, by the separating axis theorem in
+    /// integers: two convex sets are apart if and only if they are on x, on y or across the segment.
+    fn touches(a: (i64, i64), b: (i64, i64), min: (i64, i64), max: (i64, i64)) -> bool {
+        let apart_on_x = a.0.max(b.0) < min.0 || a.0.min(b.0) > max.0;
+        let apart_on_y = a.1.max(b.1) < min.1 || a.1.min(b.1) > max.1;
+        let side = |p: (i64, i64)| ((b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0)).signum();
+        let sides = [min, max, (min.0, max.1), (max.0, min.1)].map(side);
+        let apart_across = sides == [1; 4] || sides == [-1; 4];
+        !(apart_on_x || apart_on_y || apart_across)
+    }
+
+    /// Sight by trying every occupied square and the squares around the map; points in parts of a cell.
+    fn sees_by_brute_force(grid: &OccupancyGrid, a: (i64, i64), b: (i64, i64), parts: i64) -> bool {
+        (-1..=grid.rows()).all(|row| {
+            (-1..=grid.cols()).all(|col| {
+                let min = (i64::from(col) * parts, i64::from(row) * parts);
+                grid.is_free(Cell { col, row }) || !touches(a, b, min, (min.0 + parts, min.1 + parts))
+            })
+        })
+    }
+
+    #[test]
+    fn sight_between_cells_is_that_of_brute_force_in_integers() {
+        let mut stream = stream(1);
+        let mut seen = 0;
+        for _ in 0..4000 {
+            let share = stream.range(0.0, 0.25);
+            let map = random_map(&mut stream, 24, share);
+            let grid = uninflated(&map);
+            for _ in 0..10 {
+                let (a, b) = (random_cell(&mut stream, &map), random_cell(&mut stream, &map));
+                let halves = |cell: Cell| (2 * i64::from(cell.col) + 1, 2 * i64::from(cell.row) + 1);
+                let expected = sees_by_brute_force(&map, halves(a), halves(b), 2);
+                assert_eq!(grid.line_of_sight_cells(a, b), expected, "{a:?} {b:?}\n{:#?}", drawing(&grid));
+                assert_eq!(grid.line_of_sight_cells(b, a), expected);
+                assert_eq!(grid.line_of_sight(map.centre(a), map.centre(b)), expected, "{a:?} {b:?}");
+                seen += usize::from(expected);
+            }
+        }
+        assert!((8000..32000).contains(&seen), "both answers are common: {seen} of 40000");
+    }
+
+    #[test]
+    fn sight_between_points_is_that_of_brute_force_in_integers() {
+        // Eighths of a cell: many points on edges and vertices, many segments through vertices.
+        let mut stream = stream(2);
+        let mut seen = 0;
+        for _ in 0..4000 {
+            let share = stream.range(0.0, 0.25);
+            let map = random_map(&mut stream, 12, share);
+            let grid = uninflated(&map);
+            for _ in 0..10 {
+                let mut point = || {
+                    let mut eighths = |cells: i32| stream.index(8 * cells as usize + 1) as i64;
+                    (eighths(map.cols()), eighths(map.rows()))
+                };
+                let (a, b) = (point(), point());
+                let metres = |p: (i64, i64)| Vec2::new(p.0 as f64, p.1 as f64) * (map.resolution_m() / 8.0);
+                let expected = sees_by_brute_force(&map, a, b, 8);
+                assert_eq!(grid.line_of_sight(metres(a), metres(b)), expected, "{a:?} {b:?}\n{:#?}", drawing(&grid));
+                assert_eq!(grid.line_of_sight(metres(b), metres(a)), expected);
+                seen += usize::from(expected);
+            }
+        }
+        assert!((4000..36000).contains(&seen), "both answers are common: {seen} of 40000");
+    }
+
+    #[test]
+    fn a_segment_through_a_vertex_touches_all_four_cells() {
+        let (_, grid) = drawn(&["..", ".#"]);
+        let cell = |col, row| Cell { col, row };
+        assert!(!grid.line_of_sight_cells(cell(0, 0), cell(1, 1)));
+        assert!(grid.line_of_sight_cells(cell(0, 0), cell(0, 1)) && grid.line_of_sight_cells(cell(0, 1), cell(1, 1)));
+        // Along the edge x = 1 of the blocked square, from above, and just left of it.
+        assert!(!grid.line_of_sight(Vec2::new(1.0, 1.9), Vec2::new(1.0, 1.0)));
+        assert!(grid.line_of_sight(Vec2::new(1.0, 1.9), Vec2::new(1.0, 1.1)));
+        assert!(grid.line_of_sight(Vec2::new(0.99, 1.9), Vec2::new(0.99, 0.1)));
+    }
+
+    #[test]
+    fn points_and_cells_outside_see_nothing() {
+        let (_, grid) = drawn(&["..", ".."]);
+        let inside = Vec2::new(0.5, 0.5);
+        for outside in [Vec2::new(-0.1, 0.5), Vec2::new(0.5, 2.1), Vec2::new(f64::NAN, 0.5), Vec2::new(0.0, 0.5)] {
+            assert!(!grid.line_of_sight(inside, outside) && !grid.line_of_sight(outside, inside), "{outside:?}");
+        }
+        assert!(!grid.line_of_sight_cells(Cell { col: 0, row: 0 }, Cell { col: 2, row: 0 }));
+        let nothing = PlanningGrid::default();
+        assert!(!nothing.is_passable(Cell { col: 0, row: 0 }) && !nothing.line_of_sight(inside, inside));
+    }
+
+    #[test]
+    fn clearance_along_a_segment_is_that_of_dense_sampling() {
+        let mut stream = stream(3);
+        let (mut kept, mut broken) = (0, 0);
+        for _ in 0..400 {
+            let share = stream.range(0.0, 0.1);
+            let map = random_map(&mut stream, 12, share);
+            let (grid, side) = (uninflated(&map), map.resolution_m());
+            let squares: Vec<Rect> = (-1..=map.rows())
+                .flat_map(|row| (-1..=map.cols()).map(move |col| Cell { col, row }))
+                .filter(|&cell| !map.is_free(cell))
+                .map(|cell| map.square(cell))
+                .collect();
+            for _ in 0..5 {
+                let mut point = || Vec2::new(stream.uniform() * map.extent_m().x, stream.uniform() * map.extent_m().y);
+                let (a, b) = (point(), point());
+                if !grid.line_of_sight(a, b) {
+                    continue;
+                }
+                let sampled = (0..=400)
+                    .flat_map(|k| squares.iter().map(move |s| s.signed_distance(a + (b - a) * (f64::from(k) / 400.0))))
+                    .fold(f64::INFINITY, math::min);
+                let error = (b - a).norm() / 800.0 + 1e-9; // half the spacing of the samples
+                let clearance = stream.uniform() * 1.5 * side;
+                let answer = grid.line_of_sight_with_clearance(a, b, clearance);
+                if clearance > sampled {
+                    assert!(!answer, "{a:?} {b:?} {clearance} {sampled}");
+                    broken += 1;
+                } else if clearance < sampled - error {
+                    assert!(answer, "{a:?} {b:?} {clearance} {sampled}");
+                    kept += 1;
+                }
+            }
+        }
+        assert!(kept > 200 && broken > 200, "{kept} {broken}");
+    }
+
+    #[test]
+    fn passing_beside_an_obstacle_keeps_half_a_cell_and_passing_its_corner_less() {
+        let (_, grid) = drawn(&["....", "....", "..#.", "...."]);
+        let keeps = |a: (f64, f64), b: (f64, f64), clearance_m| {
+            grid.line_of_sight_with_clearance(Vec2::new(a.0, a.1), Vec2::new(b.0, b.1), clearance_m)
+        };
+        assert!(keeps((1.5, 0.5), (1.5, 2.5), 0.5) && !keeps((1.5, 0.5), (1.5, 2.5), 0.51));
+        // From (0.5, 1.5) to (2.5, 3.5): the line y = x + 1 passes the corner (2, 2) at 1/√2 = 0.707;
+        // the end (2.5, 3.5) is 0.5 from the border.
+        assert!(keeps((0.5, 1.5), (2.5, 3.5), 0.5));
+        assert!(keeps((1.0, 2.0), (2.0, 3.0), 0.707) && !keeps((1.0, 2.0), (2.0, 3.0), 0.708));
+    }
+
+    #[test]
+    fn an_escape_zone_reaches_to_the_nearest_free_cell_and_no_further() {
+        let (map, mut grid) = drawn(&["#########", "iiiiiii..", "#########"]);
+        grid.open_around(&map, Cell { col: 4, row: 1 });
+        // Free space is three steps to the right; as many to the left are opened, not the whole passage.
+        assert_eq!(drawing(&grid), ["#########", "##eeeee..", "#########"]);
+        // A second zone ends at the first.
+        grid.open_around(&map, Cell { col: 1, row: 1 });
+        assert_eq!(drawing(&grid), ["#########", "#eeeeee..", "#########"]);
+        // Sight passes through it, unless asked for free cells alone.
+        let (a, b) = (Cell { col: 2, row: 1 }, Cell { col: 8, row: 1 });
+        assert!(grid.line_of_sight_cells(a, b) && !grid.line_of_sight_cells_free(a, b));
+    }
+
+    #[test]
+    fn an_escape_zone_opens_only_what_is_inflated_and_unoccupied() {
+        let (map, mut grid) = drawn(&["i#i.", "ii#.", "####"]);
+        for untouched in [Cell { col: 3, row: 1 }, Cell { col: 2, row: 1 }, Cell { col: -1, row: 0 }] {
+            let before = drawing(&grid);
+            grid.open_around(&map, untouched);
+            assert_eq!(drawing(&grid), before);
+        }
+        // No free cell can be reached through edges: all that is connected opens, and only that.
+        grid.open_around(&map, Cell { col: 0, row: 1 });
+        assert_eq!(drawing(&grid), ["e##.", "ee#.", "####"]);
+    }
+
+    #[test]
+    fn a_rebuilt_grid_is_a_new_one() {
+        let mut stream = stream(4);
+        let (map, mut reused) = drawn(&["ii.", "###"]);
+        reused.open_around(&map, Cell { col: 0, row: 1 });
+        assert_eq!(drawing(&reused), ["ee.", "###"]);
+        for _ in 0..200 {
+            let map = random_map(&mut stream, 9, 0.3);
+            reused.rebuild(&map, &DistanceField::new(&map), 0.0);
+            let fresh = uninflated(&map);
+            assert_eq!(drawing(&reused), drawing(&fresh));
+            for index in 0..map.occupied().len() {
+                let cell = map.cell(index);
+                assert_eq!(fresh.is_passable(cell), map.is_free(cell));
+                assert_eq!(fresh.cell(fresh.index(cell)), cell);
+            }
+        }
     }
 }

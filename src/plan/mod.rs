@@ -8,7 +8,7 @@ pub mod local;
 pub mod path;
 pub mod stack;
 
-pub use grid::{Passability, PlanningGrid};
+pub use grid::{ESCAPE_FACTOR, Passability, PlanningGrid};
 
 /// What the registry says about a planner beside its parameters.
 #[derive(Clone, Copy, Debug)]

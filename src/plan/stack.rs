@@ -1,1 +1,449 @@
-//! The stack: global planner × path stages × fusion × local planner.
+//! The stack: global planner × path stages × fusion × local planner, with replanning.
+//!
+//! The global path, pruned and smoothed, yields **key nodes** (the ends of its pieces). The local
+//! planner steers for one of them at a time, the *sub-goal*. The sub-goal moves on when the robot
+//! is within the switching radius of it or has passed its normal plane, that is the plane through
+//! the node across the direction in which the path arrives there; without the second rule robots
+//! circle nodes that they missed. The last node, the goal, never switches.
+//!
+//! Sources: gao2025 §3.3 (key nodes as sub-goals, switching within 0.5 to 1.0 m); the normal plane
+//! is simrun's resolution (fusion in `systems.md` §2a).
+
+use super::PlanningGrid;
+use super::global::{GlobalChoice, GlobalPlanner, PlanFailure, Problem, Search};
+use super::local::{Decision, Guidance, LocalChoice, LocalPlanner};
+use super::path::{PathChoice, PathStage};
+use crate::choice::choice;
+use crate::clock::Stopwatch;
+use crate::geometry::{Path, Piece, Vec2};
+use crate::map::Cell;
+use crate::observation::{Belief, Observation};
+use crate::quantity::{NonNegative, Positive};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Where the centre of the robot may be planned, and how key nodes are handed on (scenario key `planning`).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlanningSpec {
+    /// Distance that cell centres of the planned path keep from obstacle squares, m; the robot's
+    /// circumscribed radius where absent. The papers plan with 0 and clearance rules of their own.
+    pub inflation_m: Option<NonNegative>,
+    /// Distance at which the sub-goal moves on to the next key node, m; default 0.8.
+    pub switching_radius_m: Positive,
+}
+
+impl Default for PlanningSpec {
+    fn default() -> Self {
+        Self { inflation_m: None, switching_radius_m: Positive::new(0.8) }
+    }
+}
+
+/// Never plan again after the first path (as the papers do).
+pub mod never {
+    use super::{Deserialize, JsonSchema, Serialize};
+
+    /// No parameters.
+    #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct Params {}
+}
+
+/// Plan again when the rest of the path has become blocked on the belief map.
+pub mod when_blocked {
+    use super::{Deserialize, JsonSchema, Serialize};
+
+    /// No parameters.
+    #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct Params {}
+}
+
+/// Plan again when the robot has stood for a while.
+pub mod when_stuck {
+    use super::{Deserialize, JsonSchema, Positive, Serialize};
+
+    /// When the robot counts as standing.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct Params {
+        /// How long it must have stood, s; default 5.
+        pub after_s: Positive,
+        /// Within which distance it counts as standing, m; default 0.1.
+        pub radius_m: Positive,
+    }
+
+    impl Default for Params {
+        fn default() -> Self {
+            Self { after_s: Positive::new(5.0), radius_m: Positive::new(0.1) }
+        }
+    }
+}
+
+/// Plan again at a fixed period.
+pub mod every {
+    use super::{Deserialize, JsonSchema, Positive, Serialize};
+
+    /// The period.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields)]
+    pub struct Params {
+        /// Time between two plans, s.
+        pub period_s: Positive,
+    }
+}
+
+choice! {
+    /// When the global planner is asked again, on the map as believed by then.
+    pub enum Replan: "replanning rule" { never, when_blocked, when_stuck, every }
+}
+
+impl Default for Replan {
+    fn default() -> Self {
+        Self::never(never::Params {})
+    }
+}
+
+/// A stack as a scenario describes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StackSpec {
+    /// Unique name in results.
+    pub name: String,
+    /// The global planner; none for a local planner that gets the goal as its only sub-goal.
+    pub global: Option<GlobalChoice>,
+    /// Path stages in order.
+    pub path: Vec<PathChoice>,
+    /// The local planner.
+    pub local: LocalChoice,
+    /// When to plan again.
+    pub replan: Replan,
+}
+
+impl StackSpec {
+    /// The name in results of the global part: the planner's, or `none`.
+    pub fn global_name(&self) -> &'static str {
+        self.global.as_ref().map_or("none", GlobalChoice::name)
+    }
+
+    /// The name in results of the path part: the stages joined by `+`; empty where there are none.
+    pub fn path_name(&self) -> String {
+        self.path.iter().map(PathChoice::name).collect::<Vec<_>>().join("+")
+    }
+
+    /// `global[+path…]+local`, the name of a stack that was given none.
+    pub fn default_name(&self) -> String {
+        let mut parts = vec![self.global_name()];
+        parts.extend(self.path.iter().map(PathChoice::name));
+        parts.push(self.local.name());
+        parts.join("+")
+    }
+
+    /// A fresh stack.
+    pub fn build(&self, planning: &PlanningSpec) -> Stack {
+        Stack::new(
+            self.global.as_ref().map(GlobalChoice::build),
+            self.path.iter().map(PathChoice::build).collect(),
+            self.local.build(),
+        )
+        .with_planning(planning)
+        .with_replan(self.replan.clone())
+    }
+}
+
+/// What the stack has done so far in an episode.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Effort {
+    /// Nodes expanded by the global planner.
+    pub expanded: u64,
+    /// Nodes generated by the global planner.
+    pub generated: u64,
+    /// Searches after the first.
+    pub replans: u32,
+}
+
+/// A global planner, path stages and a local planner, driven together.
+pub struct Stack {
+    global: Option<Box<dyn GlobalPlanner>>,
+    stages: Vec<Box<dyn PathStage>>,
+    local: Box<dyn LocalPlanner>,
+    inflation_m: Option<f64>,
+    switching_radius_m: f64,
+    replan: Replan,
+    grid: PlanningGrid,
+    cells: Vec<Cell>,
+    route: Route,
+    effort: Effort,
+    anchor: Anchor,
+    checked_revision: u64,
+    planned_tick: u32,
+    global_s: f64,
+}
+
+impl core::fmt::Debug for Stack {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Stack").field("replan", &self.replan).field("route", &self.route).finish_non_exhaustive()
+    }
+}
+
+impl Stack {
+    /// A stack from its parts; `None` leaves the local planner alone with the goal.
+    pub fn new(
+        global: Option<Box<dyn GlobalPlanner>>,
+        stages: Vec<Box<dyn PathStage>>,
+        local: Box<dyn LocalPlanner>,
+    ) -> Self {
+        Self {
+            global,
+            stages,
+            local,
+            inflation_m: None,
+            switching_radius_m: PlanningSpec::default().switching_radius_m.get(),
+            replan: Replan::default(),
+            grid: PlanningGrid::default(),
+            cells: Vec::new(),
+            route: Route::default(),
+            effort: Effort::default(),
+            anchor: Anchor::default(),
+            checked_revision: 0,
+            planned_tick: 0,
+            global_s: 0.0,
+        }
+    }
+
+    /// The same stack with other planning settings.
+    #[must_use]
+    pub fn with_planning(mut self, spec: &PlanningSpec) -> Self {
+        self.inflation_m = spec.inflation_m.map(NonNegative::get);
+        self.switching_radius_m = spec.switching_radius_m.get();
+        self
+    }
+
+    /// The same stack with another replanning rule.
+    #[must_use]
+    pub fn with_replan(mut self, replan: Replan) -> Self {
+        self.replan = replan;
+        self
+    }
+
+    /// Begins an episode: forgets the last one and plans the first path.
+    ///
+    /// # Errors
+    /// What the global planner says; the episode then ends as `no_path`.
+    pub fn begin(&mut self, observation: &Observation<'_>) -> Result<(), PlanFailure> {
+        if let Some(global) = &mut self.global {
+            global.reset();
+        }
+        self.local.reset();
+        self.effort = Effort::default();
+        self.global_s = 0.0;
+        self.route = Route::default();
+        self.anchor = Anchor { position: observation.pose.position, tick: observation.tick };
+        self.plan(observation)
+    }
+
+    /// The command for this tick; may plan a new path first.
+    pub fn decide(&mut self, observation: &Observation<'_>) -> Decision {
+        self.anchor.follow(observation, &self.replan);
+        if self.global.is_some() && self.wants_new_path(observation) {
+            self.effort.replans += 1;
+            // Where no path exists on the belief map the old one stays in force.
+            let _ = self.plan(observation);
+            self.anchor = Anchor { position: observation.pose.position, tick: observation.tick };
+        }
+        self.route.advance(observation.pose.position, self.switching_radius_m);
+        self.local.decide(observation, &self.route.guidance())
+    }
+
+    /// The path in force.
+    pub fn path(&self) -> &Path {
+        &self.route.path
+    }
+
+    /// Counts the paths that came into force; 0 before the first.
+    pub fn path_revision(&self) -> u32 {
+        self.route.revision
+    }
+
+    /// The key node steered for.
+    pub fn sub_goal(&self) -> Vec2 {
+        self.route.guidance().sub_goal
+    }
+
+    /// What has been done in this episode so far.
+    pub fn effort(&self) -> Effort {
+        self.effort
+    }
+
+    /// Wall time spent in the global layer in this episode, s; for `timings.csv` alone.
+    pub fn global_s(&self) -> f64 {
+        self.global_s
+    }
+
+    fn wants_new_path(&mut self, observation: &Observation<'_>) -> bool {
+        match &self.replan {
+            Replan::never(_) => false,
+            Replan::when_blocked(_) => {
+                let revision = observation.belief.revision();
+                if revision == self.checked_revision {
+                    return false;
+                }
+                self.checked_revision = revision;
+                self.rebuild_grid(observation);
+                !self.route.rest_is_free(&self.grid)
+            }
+            Replan::when_stuck(params) => observation.time_since_s(self.anchor.tick) >= params.after_s.get() - 1e-9,
+            Replan::every(params) => observation.time_since_s(self.planned_tick) >= params.period_s.get() - 1e-9,
+        }
+    }
+
+    fn rebuild_grid(&mut self, observation: &Observation<'_>) {
+        let belief = observation.belief;
+        let inflation_m = self.inflation_m.unwrap_or(observation.robot.radius_m);
+        self.grid.rebuild(belief.grid(), belief.field(), inflation_m);
+        for point in [observation.pose.position, observation.goal] {
+            self.grid.open_around(belief.grid(), belief.grid().cell_at(point));
+        }
+    }
+
+    fn plan(&mut self, observation: &Observation<'_>) -> Result<(), PlanFailure> {
+        let clock = Stopwatch::start();
+        let result = self.plan_untimed(observation);
+        self.global_s += clock.elapsed_s();
+        result
+    }
+
+    fn plan_untimed(&mut self, observation: &Observation<'_>) -> Result<(), PlanFailure> {
+        self.planned_tick = observation.tick;
+        self.checked_revision = observation.belief.revision();
+        let (from, goal) = (observation.pose.position, observation.goal);
+        if self.global.is_none() {
+            self.route.set(Path::polyline(&[from, goal]));
+            return Ok(());
+        }
+        self.rebuild_grid(observation);
+        let occupancy: &Belief = observation.belief;
+        let problem =
+            Problem { grid: &self.grid, start: occupancy.grid().cell_at(from), goal: occupancy.grid().cell_at(goal) };
+        let Some(global) = &mut self.global else { return Ok(()) };
+        let Search { result, expanded, generated } = global.plan(&problem, &mut self.cells);
+        self.effort.expanded += expanded;
+        self.effort.generated += generated;
+        result?;
+        let mut path = Path::polyline(&key_nodes(&self.grid, &self.cells, from, goal));
+        for stage in &mut self.stages {
+            path = stage.apply(&self.grid, &path);
+        }
+        self.route.set(path);
+        Ok(())
+    }
+}
+
+/// Vertices of a path of cells: the robot's own position, the centres where it turns, the goal's
+/// own position. The centre of the robot's own cell is no vertex, or a robot that plans anew
+/// would turn back to it.
+fn key_nodes(grid: &PlanningGrid, cells: &[Cell], from: Vec2, goal: Vec2) -> Vec<Vec2> {
+    let mut nodes = vec![from];
+    for at in 1..cells.len().saturating_sub(1) {
+        let (before, here, after) = (cells[at - 1], cells[at], cells[at + 1]);
+        let arriving = ((here.col - before.col), (here.row - before.row));
+        let leaving = ((after.col - here.col), (after.row - here.row));
+        let turns = i64::from(arriving.0) * i64::from(leaving.1) != i64::from(arriving.1) * i64::from(leaving.0);
+        let reverses = arriving.0 * leaving.0 + arriving.1 * leaving.1 < 0;
+        if turns || reverses {
+            nodes.push(grid.centre(here));
+        }
+    }
+    nodes.push(goal);
+    nodes
+}
+
+/// A path in force and how far the robot has come on it.
+#[derive(Clone, Debug, Default)]
+struct Route {
+    path: Path,
+    nodes: Vec<Vec2>,
+    ends_m: Vec<f64>,
+    next: usize,
+    progress_m: f64,
+    revision: u32,
+}
+
+impl Route {
+    fn set(&mut self, path: Path) {
+        self.nodes.clear();
+        self.nodes.extend(path.vertices());
+        self.ends_m.clear();
+        self.ends_m.push(0.0);
+        let mut end = 0.0;
+        for (from, piece) in path.segments() {
+            end += piece.length(from);
+            self.ends_m.push(end);
+        }
+        self.path = path;
+        self.next = 1.min(self.nodes.len() - 1);
+        self.progress_m = 0.0;
+        self.revision += 1;
+    }
+
+    /// Moves the sub-goal on as far as it goes, and the progress up to it.
+    fn advance(&mut self, position: Vec2, switching_radius_m: f64) {
+        let last = self.nodes.len() - 1;
+        while self.next < last {
+            let node = self.nodes[self.next];
+            let arriving = node - self.nodes[self.next - 1];
+            let near = (position - node).norm() <= switching_radius_m;
+            let passed = arriving.norm_squared() == 0.0 || (position - node).dot(&arriving) > 0.0;
+            if !(near || passed) {
+                break;
+            }
+            self.next += 1;
+        }
+        // Look from a little behind the current piece to the sub-goal only: a path that passes the
+        // same place twice must not let the progress jump.
+        let from_m = crate::math::max(self.progress_m, self.ends_m[self.next.saturating_sub(2)]);
+        let to_m = self.ends_m[self.next];
+        self.progress_m = crate::math::max(from_m, self.path.project_within(position, from_m, to_m).0);
+    }
+
+    fn guidance(&self) -> Guidance<'_> {
+        Guidance {
+            path: &self.path,
+            progress_m: self.progress_m,
+            previous_node: self.nodes[self.next.saturating_sub(1)],
+            sub_goal: self.nodes[self.next],
+            is_last: self.next == self.nodes.len() - 1,
+            path_revision: self.revision,
+        }
+    }
+
+    /// Whether every piece from the current one on is free on the grid; arcs are tested by chords
+    /// of at most a tenth of a cell's sagitta.
+    fn rest_is_free(&self, grid: &PlanningGrid) -> bool {
+        let first = self.next.saturating_sub(1);
+        self.path.segments().skip(first).all(|(from, piece)| match piece {
+            Piece::Line { to } => grid.line_of_sight(from, *to),
+            Piece::Arc { .. } => {
+                let length = piece.length(from);
+                let steps = (length / (0.25 * grid.resolution_m())).ceil().clamp(1.0, 1e4) as usize;
+                let at = |k: usize| piece.point_at(from, length * k as f64 / steps as f64);
+                (0..steps).all(|k| grid.line_of_sight(at(k), at(k + 1)))
+            }
+        })
+    }
+}
+
+/// Where the robot was when it last counted as moving.
+#[derive(Clone, Copy, Debug, Default)]
+struct Anchor {
+    position: Vec2,
+    tick: u32,
+}
+
+impl Anchor {
+    fn follow(&mut self, observation: &Observation<'_>, replan: &Replan) {
+        let Replan::when_stuck(params) = replan else { return };
+        if (observation.pose.position - self.position).norm() > params.radius_m.get() {
+            *self = Self { position: observation.pose.position, tick: observation.tick };
+        }
+    }
+}

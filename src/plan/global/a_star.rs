@@ -1,31 +1,79 @@
-//! Placeholder.
-use super::{Entry, GlobalPlanner, PlanFailure, Problem, Search};
+//! `a_star`: best-first search by cost so far plus an estimate of the rest.
+//!
+//! Source: P. E. Hart, N. J. Nilsson, B. Raphael, "A formal basis for the heuristic determination
+//! of minimum cost paths", IEEE Transactions on Systems Science and Cybernetics 4(2), 1968.
+//!
+//! ```text
+//! f(n) = g(n) + h(n)        g: cost from the start, h: estimate of the cost to the goal, in cells
+//! ```
+//!
+//! With an admissible h (`octile`, `euclidean`, `chebyshev`) the path is a shortest one; these three
+//! are consistent as well, so no node is expanded twice. `manhattan` overestimates on a grid with
+//! diagonal steps: fewer expansions, paths not always shortest, closed nodes re-opened (`systems.md`
+//! §7.2, Z-A3). Ties: larger g, then smaller row-major index.
+//!
+//! Departures: none; the heuristic of the papers differs (gao, zhu, qin, hu: `euclidean`; zhao: `manhattan`).
+
+use super::search::{Arrival, CornerRule, Heuristic, Moves, Rule, Steps, Visit, Workspace};
+use super::{Entry, GlobalPlanner, Problem, Search};
 use crate::map::Cell;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Parameters.
+/// Parameters of `a_star`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Params {}
+pub struct Params {
+    /// Estimate of the cost to the goal; default `octile`.
+    pub heuristic: Heuristic,
+    /// When a diagonal step may pass obstacles beside it; default `forbid`.
+    pub corner_rule: CornerRule,
+}
 
 /// Registry entry.
-pub const ENTRY: Entry = Entry { summary: "", source: "" };
+pub const ENTRY: Entry = Entry {
+    summary: "Best-first search by cost plus estimate: shortest grid paths with far fewer expansions than dijkstra.",
+    source: "P. E. Hart, N. J. Nilsson, B. Raphael, A formal basis for the heuristic determination of minimum cost \
+             paths, IEEE Transactions on Systems Science and Cybernetics 4(2), 1968",
+};
 
 /// The planner.
 #[derive(Debug)]
-pub struct Planner {}
+pub struct Planner {
+    params: Params,
+    workspace: Workspace<Steps>,
+}
 
 impl Planner {
     /// A fresh planner.
-    pub fn new(_: &Params) -> Self {
-        Self {}
+    pub fn new(params: &Params) -> Self {
+        Self { params: params.clone(), workspace: Workspace::default() }
     }
 }
 
 impl GlobalPlanner for Planner {
-    fn plan(&mut self, _: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
-        path.clear();
-        Search { result: Err(PlanFailure::NoPath), expanded: 0, generated: 0 }
+    fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
+        self.workspace.search(&CostPlusEstimate { problem, params: &self.params }, problem, path)
+    }
+}
+
+struct CostPlusEstimate<'a> {
+    problem: &'a Problem<'a>,
+    params: &'a Params,
+}
+
+impl Rule for CostPlusEstimate<'_> {
+    type Cost = Steps;
+
+    fn reopens(&self) -> bool {
+        !self.params.heuristic.is_consistent()
+    }
+
+    fn moves(&self, from: &Visit<Steps>) -> Moves {
+        Moves::allowed(self.problem.grid, from.index, self.params.corner_rule)
+    }
+
+    fn priority(&self, arrival: Arrival<Steps>) -> f64 {
+        self.params.heuristic.added_to(arrival.g, arrival.cell, self.problem.goal)
     }
 }

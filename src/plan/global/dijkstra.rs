@@ -1,31 +1,72 @@
-//! Placeholder.
-use super::{Entry, GlobalPlanner, PlanFailure, Problem, Search};
+//! `dijkstra`: uniform-cost search. Expands cells in the order of their distance from the start
+//! until the goal is reached; the reference for shortest paths on the grid.
+//!
+//! Source: E. W. Dijkstra, "A note on two problems in connexion with graphs", Numerische
+//! Mathematik 1, 1959. f = g; steps cost 1 and √2 cells, ten times that in escape zones.
+//!
+//! Departures: the search ends when the goal would be expanded (`systems.md` §7.1), as all the papers
+//! that compare with it do. Ties: smaller row-major index.
+//!
+//! When to use it: as a baseline. [`a_star`](super::a_star) finds paths of the same length with fewer expansions.
+
+use super::search::{Arrival, CornerRule, Cost, Moves, Rule, Steps, Visit, Workspace};
+use super::{Entry, GlobalPlanner, PlanningGrid, Problem, Search};
 use crate::map::Cell;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Parameters.
+/// Parameters of `dijkstra`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Params {}
+pub struct Params {
+    /// When a diagonal step may pass obstacles beside it; default `forbid`.
+    pub corner_rule: CornerRule,
+}
 
 /// Registry entry.
-pub const ENTRY: Entry = Entry { summary: "", source: "" };
+pub const ENTRY: Entry = Entry {
+    summary: "Uniform-cost search: shortest grid paths with no estimate of what is left; the reference for the others.",
+    source: "E. W. Dijkstra, A note on two problems in connexion with graphs, Numerische Mathematik 1, 1959",
+};
 
 /// The planner.
 #[derive(Debug)]
-pub struct Planner {}
+pub struct Planner {
+    params: Params,
+    workspace: Workspace<Steps>,
+}
 
 impl Planner {
     /// A fresh planner.
-    pub fn new(_: &Params) -> Self {
-        Self {}
+    pub fn new(params: &Params) -> Self {
+        Self { params: params.clone(), workspace: Workspace::default() }
     }
 }
 
 impl GlobalPlanner for Planner {
-    fn plan(&mut self, _: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
-        path.clear();
-        Search { result: Err(PlanFailure::NoPath), expanded: 0, generated: 0 }
+    fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
+        let rule = UniformCost { grid: problem.grid, corner_rule: self.params.corner_rule };
+        self.workspace.search(&rule, problem, path)
+    }
+}
+
+struct UniformCost<'a> {
+    grid: &'a PlanningGrid,
+    corner_rule: CornerRule,
+}
+
+impl Rule for UniformCost<'_> {
+    type Cost = Steps;
+
+    fn reopens(&self) -> bool {
+        false // steps cost something, so a node is expanded at its smallest cost
+    }
+
+    fn moves(&self, from: &Visit<Steps>) -> Moves {
+        Moves::allowed(self.grid, from.index, self.corner_rule)
+    }
+
+    fn priority(&self, arrival: Arrival<Steps>) -> f64 {
+        arrival.g.value()
     }
 }

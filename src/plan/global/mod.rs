@@ -5,6 +5,8 @@
 
 mod search;
 
+pub use search::{CornerRule, Heuristic};
+
 use super::{Entry, PlanningGrid};
 use crate::choice::choice;
 use crate::map::Cell;
@@ -48,6 +50,22 @@ pub struct Problem<'a> {
     pub goal: Cell,
 }
 
+impl Problem<'_> {
+    /// Whether start and goal are passable.
+    ///
+    /// # Errors
+    /// [`PlanFailure::StartOccupied`] before [`PlanFailure::GoalOccupied`].
+    pub fn check_ends(&self) -> Result<(), PlanFailure> {
+        if !self.grid.is_passable(self.start) {
+            Err(PlanFailure::StartOccupied)
+        } else if !self.grid.is_passable(self.goal) {
+            Err(PlanFailure::GoalOccupied)
+        } else {
+            Ok(())
+        }
+    }
+}
+
 /// Why there is no path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlanFailure {
@@ -67,9 +85,9 @@ pub enum PlanFailure {
 pub struct Search {
     /// Whether a path was found.
     pub result: Result<(), PlanFailure>,
-    /// Nodes popped and expanded, re-expansions included.
+    /// Nodes popped and expanded, re-expansions included; the goal that ends the search is not expanded.
     pub expanded: u64,
-    /// Nodes pushed.
+    /// Nodes pushed, the start and every cheaper connection included.
     pub generated: u64,
 }
 
