@@ -155,6 +155,14 @@ pub struct Mover {
     pub yield_distance_m: f64,
 }
 
+impl Mover {
+    /// A mover that bounces off statics and ignores the robot.
+    pub fn new(position: Vec2, velocity: Vec2, radius_m: f64) -> Self {
+        let (on_static, on_robot) = (OnStatic::Reflect, OnRobot::Ignore);
+        Self { position, velocity, radius_m, on_static, on_robot, yield_distance_m: 1.0 }
+    }
+}
+
 /// First contact of a moving disc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Hit {
