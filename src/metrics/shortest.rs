@@ -319,8 +319,8 @@ fn clear_along(from: f64, to: f64, across: f64, is_blocked: impl Fn(i32, i32) ->
     let (mut below_before, mut above_before) = (false, false);
     for cell in cells {
         let (below, above) = (is_blocked(cell, side - 1), is_blocked(cell, side));
-        let across = (below && above_before) || (above && below_before);
-        if across || (below && above) {
+        let crosses = (below && above_before) || (above && below_before);
+        if crosses || (below && above) {
             return false;
         }
         (below_before, above_before) = (below, above);
@@ -741,9 +741,10 @@ mod tests {
     #[test]
     fn equals_the_published_any_angle_optima() {
         use crate::map::movingai;
+        use std::io::Write as _;
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/benchmarks");
         if !folder.exists() {
-            println!("skipped: ../shared/benchmarks not found");
+            writeln!(std::io::stderr(), "skipped: ../shared/benchmarks not found").expect("stderr");
             return;
         }
         let read = |name: String| std::fs::read_to_string(folder.join(name)).unwrap();
