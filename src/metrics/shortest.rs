@@ -24,9 +24,9 @@
 //! the same length within rounding.
 
 use crate::geometry::{Rect, Vec2};
-use crate::map::{Cell, Frame, OccupancyGrid};
+use crate::map::{Cell, OccupancyGrid};
 use crate::math;
-use crate::world::{Scene, Shape, UnknownStatic};
+use crate::world::{Scene, UnknownStatic};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::Range;
@@ -119,28 +119,14 @@ fn grow(known: &OccupancyGrid, reach_m: f64, blocked: &mut OccupancyGrid) {
 
 /// Blocks every cell that lies wholly within `reach_m` of the obstacle.
 fn cover(obstacle: &UnknownStatic, reach_m: f64, blocked: &mut OccupancyGrid) {
-    let half = match obstacle.shape {
-        Shape::Disc { radius_m } => radius_m,
-        Shape::Rectangle { half_m } => half_m.norm(),
-    };
-    let centre = obstacle.pose.position;
+    let half = obstacle.shape().circumradius_m();
+    let centre = obstacle.pose().position;
     for cell in cells_in(blocked, Rect { min: centre, max: centre }, half + reach_m) {
         let Rect { min, max } = blocked.square(cell);
         let corners = [min, max, Vec2::new(min.x, max.y), Vec2::new(max.x, min.y)];
-        let is_covered = corners.into_iter().all(|corner| signed_distance(obstacle, corner) <= reach_m);
+        let is_covered = corners.into_iter().all(|corner| obstacle.distance_m(corner) <= reach_m);
         if is_covered && blocked.contains(cell) {
             blocked.set_occupied(cell);
-        }
-    }
-}
-
-/// Distance from `p` to the outline of an unknown static, m; negative inside.
-pub(super) fn signed_distance(obstacle: &UnknownStatic, p: Vec2) -> f64 {
-    match obstacle.shape {
-        Shape::Disc { radius_m } => (p - obstacle.pose.position).norm() - radius_m,
-        Shape::Rectangle { half_m } => {
-            let own = Frame { origin: obstacle.pose }.point_to_grid(p);
-            Rect { min: -half_m, max: half_m }.signed_distance(own)
         }
     }
 }
@@ -502,9 +488,8 @@ fn clear_along(from: f64, to: f64, across: f64, is_blocked: impl Fn(i32, i32) ->
 mod tests {
     use super::*;
     use crate::geometry::Pose;
-    use crate::map::DistanceField;
     use crate::rng::{EpisodeSeed, Purpose, Stream};
-    use crate::world::StaticMap;
+    use crate::world::{Shape, StaticMap};
     use std::sync::Arc;
 
     /// A second method, in whole numbers (half cells): the visibility graph over *every* lattice point
@@ -619,9 +604,8 @@ mod tests {
     }
 
     fn scene(grid: OccupancyGrid, start: Vec2, goal: Vec2, unknown_static: Vec<UnknownStatic>) -> Scene {
-        let field = DistanceField::new(&grid);
-        let start = Pose { position: start, theta: 0.0 };
-        Scene { map: Arc::new(StaticMap { grid, field }), start, goal, unknown_static, movers: Vec::new() }
+        let map = Arc::new(StaticMap::new(grid));
+        Scene { unknown_static, ..Scene::new(&map, Pose { position: start, theta: 0.0 }, goal) }
     }
 
     #[test]
@@ -707,7 +691,7 @@ mod tests {
             } else {
                 Shape::Rectangle { half_m: Vec2::new(draws.range(0.05, 0.4), draws.range(0.05, 0.3)) }
             };
-            let obstacle = UnknownStatic { pose, shape };
+            let obstacle = UnknownStatic::new(pose, shape);
             let goal = Vec2::new(-50.0, -50.0); // so that its tolerance opens nothing
             let blocked = blocked_cells(&scene(grid.clone(), goal, goal, vec![obstacle]), radius_m, 0.0);
             let reach = radius_m - 1e-3;
@@ -718,7 +702,7 @@ mod tests {
                     (0..=20).all(|i| (0..=20).all(|j| distance(on(square, i, j)) <= reach + 1e-12))
                 };
                 let ring = (-1..=grid.rows()).flat_map(|row| (-1..=grid.cols()).map(move |col| Cell { col, row }));
-                let expected = within(&|p| signed_distance(&obstacle, p))
+                let expected = within(&|p| obstacle.distance_m(p))
                     || ring
                         .filter(|&c| !grid.is_free(c))
                         .any(|c| c == cell || within(&|p| grid.square(c).signed_distance(p)));
@@ -730,14 +714,13 @@ mod tests {
     #[test]
     fn a_static_that_only_touches_a_cell_does_not_lengthen_the_bound() {
         // Straight on at y = 1.5 through a pallet that covers no whole cell: 5 m, though the robot must go round.
-        let pallet =
-            UnknownStatic { pose: Pose::new(3.0, 1.5, 0.0), shape: Shape::Rectangle { half_m: Vec2::new(0.4, 0.6) } };
+        let pallet = UnknownStatic::new(Pose::new(3.0, 1.5, 0.0), Shape::Rectangle { half_m: Vec2::new(0.4, 0.6) });
         let grid = OccupancyGrid::empty(6, 3, 1.0);
         let (start, goal) = (Vec2::new(0.5, 1.5), Vec2::new(5.5, 1.5));
         let through = shortest_m(&scene(grid.clone(), start, goal, vec![pallet]), 0.25, 0.25).unwrap();
         assert!((through - 5.0).abs() < 1e-12);
         // Grown to cover the cells (2, 1) and (3, 1), it does: over (2, 2) and (4, 2), 2·√(1.5² + 0.5²) + 2.
-        let pallet = UnknownStatic { shape: Shape::Rectangle { half_m: Vec2::new(1.0, 0.6) }, ..pallet };
+        let pallet = UnknownStatic::new(pallet.pose(), Shape::Rectangle { half_m: Vec2::new(1.0, 0.6) });
         let round = shortest_m(&scene(grid, start, goal, vec![pallet]), 0.25, 0.25).unwrap();
         assert!((round - (2.0 * 2.5f64.sqrt() + 2.0)).abs() < 1e-12, "{round}");
     }
