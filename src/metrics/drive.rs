@@ -39,7 +39,8 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0).then(|| sum / f64::from(count))
 }
 
-/// `length_m`: Σ |v| dt over the ticks driven, m; less is better. Exact, for a tick is an arc of that length.
+/// `length_m`: Σ |v| dt over the ticks driven, m; less is better. Exact, for a tick is an arc of that length;
+/// the tick of a collision counts in full.
 pub fn length_m(ticks: &[Tick], dt_s: f64) -> f64 {
     driven(ticks).iter().map(|tick| tick.twist.v.abs() * dt_s).sum()
 }

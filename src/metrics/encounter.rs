@@ -103,10 +103,10 @@ fn time_to_touch_s(robot: Pose, twist: Twist, mover: &MoverState, reach_m: f64, 
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{drive, scene_with};
+    use super::super::tests::{drive, mover, scene_with};
     use super::*;
     use crate::rng::{EpisodeSeed, Purpose};
-    use crate::world::{Mover, UnknownStatic};
+    use crate::world::{Shape, UnknownStatic};
 
     const STILL: Pose = Pose { position: Vec2::new(0.0, 0.0), theta: 0.0 };
 
@@ -193,15 +193,11 @@ mod tests {
     fn the_least_time_over_ticks_and_movers_counts() {
         // 10 ticks at 1 m/s from the origin. A follows 2 m behind at 0.1 m/s and never comes; B stands at (8, 0). At the end
         // the robot is at x = 1 and B's surface (radius 0.3) 7 − 0.25 − 0.3 = 6.45 m away: 6.45 s, the least.
-        let radius_m = 0.3;
-        let movers = [((-2.0, 0.0), (0.1, 0.0)), ((8.0, 0.0), (0.0, 0.0))].map(|(p, v)| Mover {
-            position: Vec2::new(p.0, p.1),
-            velocity: Vec2::new(v.0, v.1),
-            radius_m,
-        });
+        let movers = [((-2.0, 0.0), (0.1, 0.0)), ((8.0, 0.0), (0.0, 0.0))]
+            .map(|(p, v)| mover(Vec2::new(p.0, p.1), Vec2::new(v.0, v.1), 0.3));
         let mut scene = scene_with(movers.to_vec(), Vec::new());
         let ticks = drive(STILL, &[Twist { v: 1.0, omega: 0.0 }; 10]);
-        let state = |m: &Mover, row: usize| MoverState {
+        let state = |m: &crate::world::Mover, row: usize| MoverState {
             position: m.position + m.velocity * (row as f64 * 0.1),
             velocity: m.velocity,
         };
@@ -215,7 +211,7 @@ mod tests {
         // A pallet turned by 90°: 0.4 m half-side now towards the path's end (1, 0); its edge is at y = 2 − 0.4 = 1.6,
         // 1.35 m from the footprint. Unturned it would be 2 − 0.1 − 0.25 = 1.65 m.
         let shape = Shape::Rectangle { half_m: Vec2::new(0.4, 0.1) };
-        scene.unknown_static = vec![UnknownStatic { pose: Pose::new(1.0, 2.0, math::FRAC_PI_2), shape }];
+        scene.unknown_static = vec![UnknownStatic::new(Pose::new(1.0, 2.0, math::FRAC_PI_2), shape)];
         assert_eq!(encounters(&scene, 0.25, &trace, 1.34), 0);
         assert_eq!(encounters(&scene, 0.25, &trace, 1.36), 1);
     }

@@ -184,9 +184,10 @@ pub fn measure(episode: Episode<'_>, spec: &MetricsSpec) -> Metrics {
 mod tests {
     use super::*;
     use crate::geometry::{Pose, Twist, Vec2};
-    use crate::map::{DistanceField, OccupancyGrid};
+    use crate::map::OccupancyGrid;
     use crate::plan::local::Mode;
     use crate::trace::{MoverState, PlannedPath, Tick};
+    use crate::world::spec::moving::{OnRobot, OnStatic};
     use crate::world::{Mover, StaticMap, UnknownStatic};
     use std::sync::Arc;
 
@@ -219,12 +220,16 @@ mod tests {
         ticks
     }
 
+    /// A mover that minds nothing.
+    pub(super) fn mover(position: Vec2, velocity: Vec2, radius_m: f64) -> Mover {
+        let (on_static, on_robot) = (OnStatic::Pass, OnRobot::Ignore);
+        Mover { position, velocity, radius_m, on_static, on_robot, yield_distance_m: 1.0 }
+    }
+
     /// An empty map of 20 m by 20 m, from (1, 1) to (11, 1).
     pub(super) fn scene_with(movers: Vec<Mover>, unknown_static: Vec<UnknownStatic>) -> Scene {
-        let grid = OccupancyGrid::empty(20, 20, 1.0);
-        let field = DistanceField::new(&grid);
-        let (start, goal) = (Pose::new(1.0, 1.0, 0.0), Vec2::new(11.0, 1.0));
-        Scene { map: Arc::new(StaticMap { grid, field }), start, goal, unknown_static, movers }
+        let map = Arc::new(StaticMap::new(OccupancyGrid::empty(20, 20, 1.0)));
+        Scene { unknown_static, movers, ..Scene::new(&map, Pose::new(1.0, 1.0, 0.0), Vec2::new(11.0, 1.0)) }
     }
 
     fn episode<'a>(scene: &'a Scene, robot: &'a Robot, trace: &'a Trace, success: bool) -> Episode<'a> {
@@ -259,7 +264,7 @@ mod tests {
 
     #[test]
     fn a_failed_drive_is_measured_up_to_its_end() {
-        let mover = Mover { position: Vec2::new(3.5, 1.0), velocity: Vec2::zeros(), radius_m: 0.25 };
+        let mover = mover(Vec2::new(3.5, 1.0), Vec2::zeros(), 0.25);
         let scene = scene_with(vec![mover], Vec::new());
         let robot = Robot::default();
         // 20 ticks at 1 m/s from x = 1 end at x = 3, in touch with the mover: 3.5 − 3 = 0.25 + 0.25.

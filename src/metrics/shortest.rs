@@ -12,36 +12,37 @@
 //!
 //! Method: the shortest path bends only at convex corners of obstacles (T. Lozano-Pérez, M. Wesley,
 //! An algorithm for planning collision-free paths among polyhedral obstacles, CACM 1979), so A* runs
-//! on the visibility graph of those corners, whose edges are tested when they are reached. Three cuts,
-//! none of which can lose the optimum: corners outside the ellipse |s−c| + |c−g| ≤ the length of a
-//! known path (string-pulled octile A*); edges that are not taut, that is, which do not pass a
-//! corner tangentially and bend around it (S. Oh, H. W. Leong, Edge N-level sparse visibility
-//! graphs, SoCS 2017); partial paths that cannot beat the best complete one.
+//! on the visibility graph of those corners. Edges are found when a corner is expanded, by following what
+//! it sees from row to row, through the free runs of cells, as shrinking cones (the line-of-sight
+//! scans of S. Oh, H. W. Leong, Edge N-level sparse visibility graphs, SoCS 2017). Only taut
+//! edges are looked for, which pass a corner tangentially and bend around it: the others are on no
+//! shortest path. So an expansion costs what can be seen, not what there is.
 //!
 //! Inside, lengths are in cells. Corners are whole numbers and cell centres are half ones, so that
 //! every test of a line is exact in f64 where start and goal are centres. Elsewhere a line that
 //! grazes a corner within rounding may be judged either way, and the path bent at that corner has
 //! the same length within rounding.
 
-use crate::geometry::{Rect, Vec2, cross};
+use crate::geometry::{Rect, Vec2};
 use crate::map::{Cell, OccupancyGrid};
 use crate::math;
 use crate::world::{Scene, UnknownStatic};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::ops::Range;
 
 /// Depth of a contact that the world may miss, m: so much nearer the centre may come to an obstacle.
 const CONTACT_DEPTH_M: f64 = 1e-3;
 
-/// Work after which the search gives up: corners looked at, cells crossed by tested lines, and
-/// neighbours of the cells that the octile search expands. Half a second at most.
-const WORK_MAX: u64 = 100_000_000;
+/// Work after which the search gives up: runs of cells looked into, corners found, cells crossed by tested lines.
+const WORK_MAX: u64 = 20_000_000;
 
 /// A coordinate this near to a multiple of half a cell is taken for it, cells.
 const SNAP_CELLS: f64 = 1e-9;
 
-/// Turn by which a bend may fail to be taut before it is cut: rounding, as a cross product in cells².
-const TAUT_SLACK: f64 = 1e-9;
+/// By how much a cone is widened, cells: it may show a corner too many, which the exact test of the
+/// line refuses, but none too few.
+const CONE_SLACK: f64 = 1e-9;
 
 /// A lower bound, m, of the way that the centre of a robot with inscribed radius `radius_m` travels
 /// in `scene` without collision until it is within `goal_tolerance_m` of the goal, plus that tolerance.
@@ -149,14 +150,7 @@ pub fn any_angle_m(grid: &OccupancyGrid, start: Vec2, goal: Vec2) -> Option<f64>
     if !grid.is_free(grid.cell_at(start)) || !grid.is_free(grid.cell_at(goal)) {
         return None;
     }
-    let mut search =
-        Search { plane: Plane::new(grid), start: in_cells(grid, start), goal: in_cells(grid, goal), work: 0 };
-    let cells = if search.plane.sees(search.start, search.goal) {
-        (search.goal - search.start).norm()
-    } else {
-        let bound = search.pulled_length()?;
-        search.optimum(bound)?
-    };
+    let cells = Plane::new(grid).optimum(in_cells(grid, start), in_cells(grid, goal))?;
     Some(cells * grid.resolution_m())
 }
 
@@ -168,21 +162,102 @@ fn in_cells(grid: &OccupancyGrid, p: Vec2) -> Vec2 {
     })
 }
 
-/// Blocked cells with a blocked ring around, so that no look-up needs a bounds test of its own.
+/// The map as the search sees it, in cells.
 #[derive(Debug)]
 struct Plane {
-    width: usize,
+    /// Blocked cells with a blocked ring around, so that no look-up needs a bounds test of its own.
     blocked: Vec<bool>,
+    /// Columns of `blocked`.
+    width: usize,
+    /// Maximal runs of free cells, each from its left end to its right end, row by row.
+    runs: Rows<(f64, f64)>,
+    /// Convex corners from left to right, grid line by grid line.
+    corners: Rows<Corner>,
+}
+
+/// Items in rows.
+#[derive(Debug)]
+struct Rows<T> {
+    items: Vec<T>,
+    /// Where each row begins, and where the last one ends.
+    begins: Vec<usize>,
+}
+
+impl<T> Rows<T> {
+    /// Rows of what `fill` appends for each row number from 0.
+    fn new(rows: usize, mut fill: impl FnMut(usize, &mut Vec<T>)) -> Self {
+        let (mut items, mut begins) = (Vec::new(), vec![0]);
+        for row in 0..rows {
+            fill(row, &mut items);
+            begins.push(items.len());
+        }
+        Self { items, begins }
+    }
+
+    /// Indices of the items of `row`; none outside.
+    fn row(&self, row: i32) -> Range<usize> {
+        match usize::try_from(row) {
+            Ok(row) if row + 1 < self.begins.len() => self.begins[row]..self.begins[row + 1],
+            _ => 0..0,
+        }
+    }
+
+    /// Indices of the items of `row` from the first for which `is_before` is false.
+    fn row_from(&self, row: i32, is_before: impl Fn(&T) -> bool) -> Range<usize> {
+        let row = self.row(row);
+        row.start + self.items[row.clone()].partition_point(is_before)..row.end
+    }
+}
+
+/// A convex corner of an obstacle: a lattice point with exactly one blocked cell around it.
+#[derive(Clone, Copy, Debug)]
+struct Corner {
+    at: Vec2,
+    /// Signs of the direction from the corner into its blocked cell.
+    towards: Vec2,
+}
+
+/// What is seen of a row of cells through the rows before it.
+#[derive(Clone, Copy, Debug)]
+struct Cone {
+    row: i32,
+    /// Columns gained per row by its leftmost and by its rightmost line.
+    slopes: (f64, f64),
 }
 
 impl Plane {
     fn new(grid: &OccupancyGrid) -> Self {
-        let (cols, width) = (grid.cols() as usize, grid.cols() as usize + 2);
-        let mut blocked = vec![true; width * (grid.rows() as usize + 2)];
+        let (cols, rows, width) = (grid.cols() as usize, grid.rows() as usize, grid.cols() as usize + 2);
+        let mut blocked = vec![true; width * (rows + 2)];
         for (row, occupied) in grid.occupied().chunks_exact(cols).enumerate() {
             blocked[(row + 1) * width + 1..][..cols].copy_from_slice(occupied);
         }
-        Self { width, blocked }
+        let runs = Rows::new(rows, |row, runs| {
+            let cells = &blocked[(row + 1) * width..][..width];
+            let mut begin = 0;
+            for col in 1..width {
+                match (cells[col - 1], cells[col]) {
+                    (true, false) => begin = col - 1,
+                    (false, true) => runs.push((begin as f64, (col - 1) as f64)),
+                    _ => {}
+                }
+            }
+        });
+        let corners = Rows::new(rows + 1, |line, corners| {
+            // The lattice point (col, line) lies between the cells col − 1 and col of the rows line − 1 and line.
+            for col in 0..=cols {
+                let (below, above) = (line * width + col, (line + 1) * width + col);
+                let towards = match [below, below + 1, above, above + 1].map(|index| blocked[index]) {
+                    [true, false, false, false] => Vec2::new(-1.0, -1.0),
+                    [false, true, false, false] => Vec2::new(1.0, -1.0),
+                    [false, false, true, false] => Vec2::new(-1.0, 1.0),
+                    [false, false, false, true] => Vec2::new(1.0, 1.0),
+                    _ => continue,
+                };
+                corners.push(Corner { at: Vec2::new(col as f64, line as f64), towards });
+            }
+        });
+        Self { blocked, width, runs, corners }
     }
 
     /// Index of the cell (col, row), both from −1 to one past the last.
@@ -192,10 +267,6 @@ impl Plane {
 
     fn is_blocked(&self, col: i32, row: i32) -> bool {
         self.blocked[self.index(col, row)]
-    }
-
-    fn centre(&self, index: usize) -> Vec2 {
-        Vec2::new((index % self.width) as f64 - 0.5, (index / self.width) as f64 - 0.5)
     }
 
     /// Whether a point may go straight from `a` to `b`.
@@ -244,28 +315,127 @@ impl Plane {
         }
     }
 
-    /// Every convex corner: a lattice point with exactly one blocked cell around it.
-    fn corners(&self) -> impl Iterator<Item = Corner> + '_ {
-        let rows = self.blocked.len() / self.width;
-        // The outermost lattice points touch the ring: never convex.
-        (2..rows - 1).flat_map(move |row| {
-            (2..self.width - 1).filter_map(move |col| {
-                let above = row * self.width + col;
-                let below = above - self.width;
-                let around = [below - 1, below, above - 1, above].map(|index| self.blocked[index]);
-                let quadrant = match around {
-                    [true, false, false, false] => (-1.0, -1.0),
-                    [false, true, false, false] => (1.0, -1.0),
-                    [false, false, true, false] => (-1.0, 1.0),
-                    [false, false, false, true] => (1.0, 1.0),
-                    _ => return None,
-                };
-                Some(Corner {
-                    at: Vec2::new((col - 1) as f64, (row - 1) as f64),
-                    towards: Vec2::new(quadrant.0, quadrant.1),
-                })
-            })
-        })
+    /// Adds to `found` every corner above `p` (`step` 1) or below it (−1) that is seen from `p` at a slope
+    /// (columns per row) from `slopes.0` to `slopes.1`, and perhaps some that are not; returns the work.
+    fn look(&self, p: Vec2, step: i32, slopes: (f64, f64), cones: &mut Vec<Cone>, found: &mut Vec<usize>) -> u64 {
+        let mut work = 0;
+        let row = if step > 0 { p.y.floor() } else { p.y.ceil() - 1.0 };
+        cones.push(Cone { row: row as i32, slopes });
+        while let Some(Cone { row, slopes: (left, right) }) = cones.pop() {
+            // Distances from p to the near and to the far line of the row of cells.
+            let (below, above) = (f64::from(row) - p.y, f64::from(row + 1) - p.y);
+            let (near, far, far_line) = if step > 0 { (below, above, row + 1) } else { (-above, -below, row) };
+            let near = math::max(near, 0.0);
+            let (from, to) = if near == 0.0 { (p.x, p.x) } else { (p.x + left * near, p.x + right * near) };
+            let runs = &self.runs.items[self.runs.row_from(row, |run| run.1 < from - CONE_SLACK)];
+            for &(begin, end) in runs.iter().take_while(|run| run.0 <= to + CONE_SLACK) {
+                work += 1;
+                // A line that leans right is nearest to the run's left end on the near line, one that leans left on
+                // the far line; likewise at the right end.
+                let (begin, end) = (begin - p.x, end - p.x);
+                let left = math::max(left, begin / if begin > 0.0 { near } else { far });
+                let right = math::min(right, end / if end < 0.0 { near } else { far });
+                if left > right + CONE_SLACK {
+                    continue;
+                }
+                let (from, to) = (p.x + left * far - CONE_SLACK, p.x + right * far + CONE_SLACK);
+                let seen = self.corners.row_from(far_line, |corner| corner.at.x < from);
+                found.extend(seen.take_while(|&index| self.corners.items[index].at.x <= to));
+                cones.push(Cone { row: row + step, slopes: (left, right) });
+            }
+        }
+        work
+    }
+
+    /// Adds to `found` the next corner on the grid line of `p`, to the right (`side` 1) or to the left (−1).
+    ///
+    /// The corners behind it on the line are reached through it.
+    fn look_along(&self, p: Vec2, side: f64, found: &mut Vec<usize>) {
+        if p.y != p.y.floor() {
+            return;
+        }
+        let beyond = self.corners.row_from(p.y as i32, |corner| corner.at.x <= p.x);
+        let before = self.corners.row(p.y as i32).start..self.corners.row_from(p.y as i32, |c| c.at.x < p.x).start;
+        found.extend(if side > 0.0 { beyond.into_iter().next() } else { before.into_iter().next_back() });
+    }
+
+    /// Adds to `found` the corners to which a taut path may go on that arrives at `corner` in direction
+    /// `arrival`, and perhaps some to which it may not; returns the work.
+    fn look_around(&self, corner: Corner, arrival: Vec2, cones: &mut Vec<Cone>, found: &mut Vec<usize>) -> u64 {
+        let Corner { at, towards } = corner;
+        let slope = if arrival.y == 0.0 { f64::INFINITY } else { (arrival.x / arrival.y).abs() };
+        // The path bends towards the blocked cell, by anything from straight on to along the cell's side,
+        // which lies along the row or across it.
+        let is_along_row = arrival.x * towards.x >= 0.0 && arrival.y * towards.y <= 0.0;
+        let (side, step, low, high) = if is_along_row {
+            (towards.x, -towards.y, slope - CONE_SLACK, f64::INFINITY)
+        } else {
+            (-towards.x, towards.y, 0.0, slope + CONE_SLACK)
+        };
+        if is_along_row || arrival.y == 0.0 {
+            self.look_along(at, side, found);
+        }
+        let slopes = if side > 0.0 { (low, high) } else { (-high, -low) };
+        self.look(at, step as i32, slopes, cones, found)
+    }
+
+    /// Length of the shortest way from `start` to `goal`, cells; `None` without a way or above the bound of work.
+    fn optimum(&self, start: Vec2, goal: Vec2) -> Option<f64> {
+        if self.sees(start, goal) {
+            return Some((goal - start).norm());
+        }
+        let corners = &self.corners.items;
+        // The goal and the start come after the corners.
+        let (goal_index, start_index) = (corners.len(), corners.len() + 1);
+        let at = |index: usize| match corners.get(index) {
+            Some(corner) => corner.at,
+            None if index == goal_index => goal,
+            None => start,
+        };
+        let mut length = vec![f64::INFINITY; corners.len() + 2];
+        let mut parent = vec![start_index; corners.len() + 2];
+        length[start_index] = 0.0;
+        // Lengths are not negative, so their bits are ordered as they are; ties go to the lower index.
+        let estimate = |length: f64, p: Vec2| (length + (goal - p).norm()).to_bits();
+        let mut open = BinaryHeap::from([Reverse((estimate(0.0, start), start_index))]);
+        let (mut cones, mut found, mut work) = (Vec::new(), Vec::new(), 0);
+        while let Some(Reverse((sum, index))) = open.pop() {
+            if index == goal_index {
+                return Some(length[goal_index]);
+            }
+            let here = at(index);
+            if sum != estimate(length[index], here) {
+                continue; // reached by a shorter way since
+            }
+            found.clear();
+            found.push(goal_index);
+            if let Some(&corner) = corners.get(index) {
+                work += self.look_around(corner, here - at(parent[index]), &mut cones, &mut found);
+            } else {
+                for (step, side) in [(1, 1.0), (-1, -1.0)] {
+                    work += self.look(here, step, (f64::NEG_INFINITY, f64::INFINITY), &mut cones, &mut found);
+                    self.look_along(here, side, &mut found);
+                }
+            }
+            for &next in &found {
+                work += 1;
+                let leg = at(next) - here;
+                let is_tangent = |corner: &Corner| leg.x * leg.y * corner.towards.x * corner.towards.y <= 0.0;
+                let reached = length[index] + leg.norm();
+                if reached >= length[next] || !corners.get(next).is_none_or(is_tangent) {
+                    continue;
+                }
+                work += (leg.x.abs() + leg.y.abs()) as u64;
+                if self.sees(here, at(next)) {
+                    (length[next], parent[next]) = (reached, index);
+                    open.push(Reverse((estimate(reached, at(next)), next)));
+                }
+            }
+            if work > WORK_MAX {
+                return None;
+            }
+        }
+        None
     }
 }
 
@@ -305,8 +475,8 @@ fn clear_along(from: f64, to: f64, across: f64, is_blocked: impl Fn(i32, i32) ->
     let (mut below_before, mut above_before) = (false, false);
     for cell in cells {
         let (below, above) = (is_blocked(cell, side - 1), is_blocked(cell, side));
-        let across = (below && above_before) || (above && below_before);
-        if across || (below && above) {
+        let crosses = (below && above_before) || (above && below_before);
+        if crosses || (below && above) {
             return false;
         }
         (below_before, above_before) = (below, above);
@@ -314,165 +484,12 @@ fn clear_along(from: f64, to: f64, across: f64, is_blocked: impl Fn(i32, i32) ->
     true
 }
 
-/// A convex corner of an obstacle.
-#[derive(Clone, Copy, Debug)]
-struct Corner {
-    at: Vec2,
-    /// Signs of the direction from the corner into its one blocked cell; zero for start and goal.
-    towards: Vec2,
-}
-
-/// One query.
-struct Search {
-    plane: Plane,
-    start: Vec2,
-    goal: Vec2,
-    work: u64,
-}
-
-impl Search {
-    fn charge(&mut self, work: u64) -> Option<()> {
-        self.work += work;
-        (self.work <= WORK_MAX).then_some(())
-    }
-
-    /// Length of some way to the goal: the octile optimum over cell centres, pulled straight greedily.
-    fn pulled_length(&mut self) -> Option<f64> {
-        let points = self.octile_path()?;
-        let (mut length, mut anchor, mut before) = (0.0, self.start, self.start);
-        for point in points.into_iter().skip(1) {
-            if !self.plane.sees(anchor, point) {
-                length += (before - anchor).norm();
-                anchor = before;
-            }
-            before = point;
-        }
-        Some(length + (before - anchor).norm())
-    }
-
-    /// Start, cell centres and goal along the 8-connected optimum, diagonals only between two free cells.
-    ///
-    /// Costs are whole numbers, 577/408 ≈ √2: only the shape of the path is wanted.
-    fn octile_path(&mut self) -> Option<Vec<Vec2>> {
-        const STRAIGHT: u32 = 408;
-        const DIAGONAL: u32 = 577;
-        let width = self.plane.width;
-        let cell = |p: Vec2| self.plane.index(p.x.floor() as i32, p.y.floor() as i32);
-        let (from, to) = (cell(self.start), cell(self.goal));
-        let estimate = move |index: usize| {
-            let (cols, rows) =
-                ((index % width).abs_diff(to % width) as u32, (index / width).abs_diff(to / width) as u32);
-            let (long, short) = if cols > rows { (cols, rows) } else { (rows, cols) };
-            STRAIGHT * (long - short) + DIAGONAL * short
-        };
-        let mut cost = vec![u32::MAX; self.plane.blocked.len()];
-        let mut parent = vec![from; self.plane.blocked.len()];
-        // Smallest sum first, then the nearest to the goal, then the lowest index.
-        let mut open = BinaryHeap::from([Reverse((estimate(from), estimate(from), from))]);
-        cost[from] = 0;
-        while let Some(Reverse((sum, rest, index))) = open.pop() {
-            if index == to {
-                break;
-            }
-            if sum - rest > cost[index] {
-                continue; // reached more cheaply since
-            }
-            self.charge(8)?;
-            let blocked = &self.plane.blocked;
-            let (east, west, north, south) = (index + 1, index - 1, index + width, index - width);
-            let mut reach = |next: usize, step: u32, is_open: bool| {
-                let reached = cost[index] + step;
-                if is_open && !blocked[next] && reached < cost[next] {
-                    cost[next] = reached;
-                    parent[next] = index;
-                    let rest = estimate(next);
-                    open.push(Reverse((reached + rest, rest, next)));
-                }
-            };
-            for next in [east, west, north, south] {
-                reach(next, STRAIGHT, true);
-            }
-            for (across, along) in [(east, north), (east, south), (west, north), (west, south)] {
-                reach(across + along - index, DIAGONAL, !blocked[across] && !blocked[along]);
-            }
-        }
-        if cost[to] == u32::MAX {
-            return None;
-        }
-        let mut points = vec![self.goal];
-        let mut index = parent[to];
-        while index != from {
-            points.push(self.plane.centre(index));
-            index = parent[index];
-        }
-        points.push(self.start);
-        points.reverse();
-        Some(points)
-    }
-
-    /// Length of the shortest way; `bound` is the length of some way.
-    fn optimum(&mut self, bound: f64) -> Option<f64> {
-        let (start, goal) = (self.start, self.goal);
-        let start_to_goal = [Corner { at: start, towards: Vec2::zeros() }, Corner { at: goal, towards: Vec2::zeros() }];
-        let inside = |c: &Corner| (c.at - start).norm() + (c.at - goal).norm() <= bound;
-        let nodes: Vec<Corner> = start_to_goal.into_iter().chain(self.plane.corners().filter(inside)).collect();
-        let rest: Vec<f64> = nodes.iter().map(|c| (c.at - goal).norm()).collect();
-        let mut length = vec![f64::INFINITY; nodes.len()];
-        let mut parent = vec![0; nodes.len()];
-        let mut best = bound;
-        // Lengths are not negative, so their bits are ordered as they are; ties go to the lower index.
-        let mut open = BinaryHeap::from([Reverse((rest[0].to_bits(), 0))]);
-        length[0] = 0.0;
-        while let Some(Reverse((sum, index))) = open.pop() {
-            if f64::from_bits(sum) >= best {
-                break;
-            }
-            if sum != (length[index] + rest[index]).to_bits() {
-                continue; // reached by a shorter way since
-            }
-            self.charge(nodes.len() as u64)?;
-            let Corner { at, towards } = nodes[index];
-            let bend = towards.x * towards.y;
-            let arrival = at - nodes[parent[index]].at;
-            let arrival = arrival * cross(arrival, towards).signum(); // the obstacle is now on the left
-            for (next, corner) in nodes.iter().enumerate().skip(1) {
-                let leg = corner.at - at;
-                let slope = leg.x * leg.y;
-                // Taut: tangent to both corners, and bent around this one.
-                if slope * bend > 0.0
-                    || slope * corner.towards.x * corner.towards.y > 0.0
-                    || cross(arrival, leg) < -TAUT_SLACK
-                {
-                    continue;
-                }
-                let reached = length[index] + leg.norm();
-                if reached >= length[next] || reached + rest[next] >= best {
-                    continue;
-                }
-                self.charge((leg.x.abs() + leg.y.abs()) as u64)?;
-                if !self.plane.sees(at, corner.at) {
-                    continue;
-                }
-                length[next] = reached;
-                parent[next] = index;
-                if next == 1 {
-                    best = reached;
-                } else {
-                    open.push(Reverse(((reached + rest[next]).to_bits(), next)));
-                }
-            }
-        }
-        Some(best)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::Pose;
-    use crate::map::DistanceField;
     use crate::rng::{EpisodeSeed, Purpose, Stream};
-    use crate::world::StaticMap;
+    use crate::world::{Shape, StaticMap};
     use std::sync::Arc;
 
     /// A second method, in whole numbers (half cells): the visibility graph over *every* lattice point
@@ -587,9 +604,8 @@ mod tests {
     }
 
     fn scene(grid: OccupancyGrid, start: Vec2, goal: Vec2, unknown_static: Vec<UnknownStatic>) -> Scene {
-        let field = DistanceField::new(&grid);
-        let start = Pose { position: start, theta: 0.0 };
-        Scene { map: Arc::new(StaticMap { grid, field }), start, goal, unknown_static, movers: Vec::new() }
+        let map = Arc::new(StaticMap::new(grid));
+        Scene { unknown_static, ..Scene::new(&map, Pose { position: start, theta: 0.0 }, goal) }
     }
 
     #[test]
@@ -675,7 +691,7 @@ mod tests {
             } else {
                 Shape::Rectangle { half_m: Vec2::new(draws.range(0.05, 0.4), draws.range(0.05, 0.3)) }
             };
-            let obstacle = UnknownStatic { pose, shape };
+            let obstacle = UnknownStatic::new(pose, shape);
             let goal = Vec2::new(-50.0, -50.0); // so that its tolerance opens nothing
             let blocked = blocked_cells(&scene(grid.clone(), goal, goal, vec![obstacle]), radius_m, 0.0);
             let reach = radius_m - 1e-3;
@@ -686,7 +702,7 @@ mod tests {
                     (0..=20).all(|i| (0..=20).all(|j| distance(on(square, i, j)) <= reach + 1e-12))
                 };
                 let ring = (-1..=grid.rows()).flat_map(|row| (-1..=grid.cols()).map(move |col| Cell { col, row }));
-                let expected = within(&|p| signed_distance(&obstacle, p))
+                let expected = within(&|p| obstacle.distance_m(p))
                     || ring
                         .filter(|&c| !grid.is_free(c))
                         .any(|c| c == cell || within(&|p| grid.square(c).signed_distance(p)));
@@ -698,14 +714,13 @@ mod tests {
     #[test]
     fn a_static_that_only_touches_a_cell_does_not_lengthen_the_bound() {
         // Straight on at y = 1.5 through a pallet that covers no whole cell: 5 m, though the robot must go round.
-        let pallet =
-            UnknownStatic { pose: Pose::new(3.0, 1.5, 0.0), shape: Shape::Rectangle { half_m: Vec2::new(0.4, 0.6) } };
+        let pallet = UnknownStatic::new(Pose::new(3.0, 1.5, 0.0), Shape::Rectangle { half_m: Vec2::new(0.4, 0.6) });
         let grid = OccupancyGrid::empty(6, 3, 1.0);
         let (start, goal) = (Vec2::new(0.5, 1.5), Vec2::new(5.5, 1.5));
         let through = shortest_m(&scene(grid.clone(), start, goal, vec![pallet]), 0.25, 0.25).unwrap();
         assert!((through - 5.0).abs() < 1e-12);
         // Grown to cover the cells (2, 1) and (3, 1), it does: over (2, 2) and (4, 2), 2·√(1.5² + 0.5²) + 2.
-        let pallet = UnknownStatic { shape: Shape::Rectangle { half_m: Vec2::new(1.0, 0.6) }, ..pallet };
+        let pallet = UnknownStatic::new(pallet.pose(), Shape::Rectangle { half_m: Vec2::new(1.0, 0.6) });
         let round = shortest_m(&scene(grid, start, goal, vec![pallet]), 0.25, 0.25).unwrap();
         assert!((round - (2.0 * 2.5f64.sqrt() + 2.0)).abs() < 1e-12, "{round}");
     }
@@ -727,9 +742,10 @@ mod tests {
     #[test]
     fn equals_the_published_any_angle_optima() {
         use crate::map::movingai;
+        use std::io::Write as _;
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/benchmarks");
         if !folder.exists() {
-            println!("skipped: ../shared/benchmarks not found");
+            writeln!(std::io::stderr(), "skipped: ../shared/benchmarks not found").expect("stderr");
             return;
         }
         let read = |name: String| std::fs::read_to_string(folder.join(name)).unwrap();

@@ -75,7 +75,7 @@ impl UnknownStatic {
     pub fn distance_m(&self, p: Vec2) -> f64 {
         match self.shape {
             Shape::Disc { radius_m } => (p - self.pose.position).norm() - radius_m,
-            Shape::Rectangle { half_m } => centred(half_m).signed_distance(self.to_own_frame(p - self.pose.position)),
+            Shape::Rectangle { half_m } => centred(half_m).signed_distance(self.in_own_frame(p - self.pose.position)),
         }
     }
 
@@ -102,7 +102,7 @@ impl UnknownStatic {
                 let square_half = 0.5 * (square.max - square.min);
                 let offset = 0.5 * (square.max + square.min) - self.pose.position;
                 let (cos, sin) = (self.axis.x.abs(), self.axis.y.abs());
-                let own = self.to_own_frame(offset);
+                let own = self.in_own_frame(offset);
                 // Along each axis: the centres' distance against the sum of the two reaches.
                 let overlaps = |distance: f64, reach: f64| distance.abs() < reach - SLACK_M;
                 overlaps(offset.x, square_half.x + cos * half_m.x + sin * half_m.y)
@@ -118,18 +118,18 @@ impl UnknownStatic {
         match self.shape {
             Shape::Disc { radius_m: own } => sweep_point_disc(p, velocity, self.pose.position, own + radius_m),
             Shape::Rectangle { half_m } => {
-                let (own, own_velocity) = (self.to_own_frame(p - self.pose.position), self.to_own_frame(velocity));
+                let (own, own_velocity) = (self.in_own_frame(p - self.pose.position), self.in_own_frame(velocity));
                 let hit = sweep_disc_rect(own, own_velocity, radius_m, centred(half_m))?;
-                Some(Hit { normal: self.from_own_frame(hit.normal), ..hit })
+                Some(Hit { normal: self.out_of_own_frame(hit.normal), ..hit })
             }
         }
     }
 
-    fn to_own_frame(self, d: Vec2) -> Vec2 {
+    fn in_own_frame(self, d: Vec2) -> Vec2 {
         Vec2::new(self.axis.x * d.x + self.axis.y * d.y, self.axis.x * d.y - self.axis.y * d.x)
     }
 
-    fn from_own_frame(self, d: Vec2) -> Vec2 {
+    fn out_of_own_frame(self, d: Vec2) -> Vec2 {
         Vec2::new(self.axis.x * d.x - self.axis.y * d.y, self.axis.y * d.x + self.axis.x * d.y)
     }
 }
@@ -153,6 +153,14 @@ pub struct Mover {
     pub on_robot: OnRobot,
     /// Surface distance within which it stops for a robot ahead, if it yields, m.
     pub yield_distance_m: f64,
+}
+
+impl Mover {
+    /// A mover that bounces off statics and ignores the robot.
+    pub fn new(position: Vec2, velocity: Vec2, radius_m: f64) -> Self {
+        let (on_static, on_robot) = (OnStatic::Reflect, OnRobot::Ignore);
+        Self { position, velocity, radius_m, on_static, on_robot, yield_distance_m: 1.0 }
+    }
 }
 
 /// First contact of a moving disc.

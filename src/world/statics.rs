@@ -40,9 +40,8 @@ impl StaticMap {
         assert!(grid.cols() <= 16_384, "a map has at most 16384 columns");
         let field = DistanceField::new(&grid);
         let (left, right) = nearest_columns(&grid);
-        let shape = SharedShape::compound(
-            merged_rectangles(&grid).into_iter().chain(border(&grid)).map(|rect| cuboid(rect)).collect(),
-        );
+        let shape =
+            SharedShape::compound(merged_rectangles(&grid).into_iter().chain(border(&grid)).map(cuboid).collect());
         let digest = digest_of(&grid);
         Self { grid, field, left, right, shape, digest }
     }

@@ -427,7 +427,7 @@ mod tests {
     #[test]
     fn the_verdict_equals_dense_sampling_of_plain_geometry() {
         let (mut ticks, mut contacts, mut grazes) = (0, [0; 4], 0);
-        for episode in 0..4000 {
+        for episode in 0..3000 {
             let mut stream = EpisodeSeed { seed: 11, episode }.stream(Purpose::Planner, 0);
             let robot = nimble(stream.range(0.05, 0.4));
             let Some(scene) = random_scene(&mut stream) else { continue };
@@ -480,7 +480,7 @@ mod tests {
             assert!(episode_truth - episode_low < 1e-3 + 2e-3, "{episode_truth} against {episode_low}");
         }
         assert!(
-            ticks > 4000 && contacts.iter().all(|&count| count > 100),
+            ticks > 4000 && contacts.iter().all(|&count| count > 50),
             "{ticks} ticks, {contacts:?}, {grazes} grazes"
         );
     }
@@ -502,6 +502,40 @@ mod tests {
             }
             let truth = beside - 0.5 - robot.radius_m;
             assert!(low <= truth + 1e-12 && low > truth - 1.001e-3, "{low} {truth}");
+        }
+    }
+
+    #[test]
+    fn grazes_on_an_arc_count_from_a_millimetre_of_depth_and_misses_never() {
+        // Driving a circle about the origin of the turn, the robot comes within | |c| − R | of a disc's centre.
+        let mut stream = EpisodeSeed { seed: 16, episode: 0 }.stream(Purpose::Planner, 0);
+        for _ in 0..1000 {
+            let robot = nimble(stream.range(0.05, 0.4));
+            let (turn_radius, disc) = (stream.range(1.0, 4.0), stream.range(0.05, 0.5));
+            let depth = stream.range(-3e-3, 4e-3);
+            let centre = Vec2::new(10.0, 10.0);
+            let mut scene = empty_scene(20, 20, Pose::new(10.0 + turn_radius, 10.0, math::FRAC_PI_2));
+            let reach = turn_radius + robot.radius_m + disc - depth;
+            let position = centre + reach * direction(stream.range(1.0, 5.0));
+            let shape = Shape::Disc { radius_m: disc };
+            scene.unknown_static.push(UnknownStatic::new(Pose { position, theta: 0.0 }, shape));
+            let mut world = World::new(&scene, &robot, &SensingSpec::default());
+            let v = stream.range(0.5, 5.0);
+            let twist = Twist { v, omega: v / turn_radius };
+            let (mut found, mut low) = (false, f64::INFINITY);
+            for _ in 0..(math::TAU / (twist.omega * DT_S)).ceil() as u32 {
+                let step = world.step(twist);
+                low = math::min(low, step.clearance_low_m);
+                found = step.contact.is_some();
+                if found {
+                    break;
+                }
+            }
+            assert!(found || depth <= 1e-3, "a graze {depth} deep at {v} m/s was missed");
+            assert!(!found || depth > 0.0, "a miss by {} at {v} m/s was taken for a contact", -depth);
+            if !found {
+                assert!(low <= -depth + 1e-9 && low > -depth - 1.001e-3, "{low} for {}", -depth);
+            }
         }
     }
 
@@ -605,14 +639,12 @@ mod tests {
         let waiting = world.movers()[0];
         assert_eq!(waiting.velocity, Vec2::zeros());
         assert!((4.45..4.55).contains(&waiting.position.x), "{waiting:?}");
-        for _ in 0..10 {
+        // The robot backs out of its way, from y = 2 to 0.5: 2.1 m between the centres.
+        for _ in 0..3 {
             world.step(Twist { v: -5.0, omega: 0.0 });
-            if world.pose().position.y < 0.8 {
-                break;
-            }
         }
-        // The robot, standing aside, is still ahead and near enough only until it has left the metre.
-        assert!(world.movers()[0].velocity.norm() > 0.0 || world.clearance_m() <= 1.0);
+        world.step(Twist::ZERO);
+        assert_eq!(world.movers()[0].velocity, Vec2::new(1.0, 0.0));
     }
 
     #[test]
