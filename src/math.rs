@@ -73,6 +73,11 @@ pub fn min(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
+/// 1 where `x` is at least 0 (either zero), else −1.
+pub fn sign(x: f64) -> f64 {
+    if x >= 0.0 { 1.0 } else { -1.0 }
+}
+
 /// `x` limited to [low, high], both ends included.
 pub fn clamp(x: f64, low: f64, high: f64) -> f64 {
     if x < low {

@@ -14,6 +14,7 @@
 use super::obstacle::{Mover, SLACK_M, Shape, UnknownStatic};
 use super::route::reference_route;
 use super::scene::Scene;
+use super::spec::moving::Heading;
 use super::spec::{
     CellPlace, GoalSpec, MovingChoice, PlacementChoice, RandomPlace, SceneSpec, StartSpec, UnknownStaticChoice, moving,
     unknown_static,
@@ -572,21 +573,35 @@ fn draw_mover(params: &moving::random::Params, scene: &Scene, robot: &Robot, mut
     let extent = scene.map.grid.extent_m();
     let [slowest, fastest] = params.speed_mps.map(crate::quantity::NonNegative::get);
     let speed = stream.range(slowest, fastest);
-    let velocity = speed * direction(stream.range(-math::PI, math::PI));
+    let heading = stream.range(-math::PI, math::PI);
     let keep = params.keep_from_start_m.get() + robot.radius_m + radius_m;
     (0..TRIES).find_map(|_| {
         let position = Vec2::new(stream.range(0.0, extent.x), stream.range(0.0, extent.y));
         let clear =
             (position - scene.start.position).norm() >= keep && scene.statics().distance_m(position) >= radius_m;
-        clear.then_some(Mover {
+        clear.then(|| Mover {
             position,
-            velocity,
+            velocity: match params.heading {
+                Heading::Any => speed * direction(heading),
+                Heading::AlongAisle => math::sign(heading) * speed * aisle(&scene.map, position, radius_m),
+            },
             radius_m,
             on_static: params.on_static,
             on_robot: params.on_robot,
             yield_distance_m: params.yield_distance_m.get(),
         })
     })
+}
+
+/// The unit vector along x or y in which a disc has the longer free run through `position` on the known map, by
+/// whole cells; equal runs: along x.
+fn aisle(map: &StaticMap, position: Vec2, radius_m: f64) -> Vec2 {
+    let here = map.grid.cell_at(position);
+    let run = |(cols, rows): (i32, i32)| {
+        let ahead = (1..).map(|k| Cell { col: here.col + k * cols, row: here.row + k * rows });
+        ahead.take_while(|&cell| map.grid.contains(cell) && map.field.distance_m(cell) >= radius_m).count()
+    };
+    if run((1, 0)) + run((-1, 0)) >= run((0, 1)) + run((0, -1)) { Vec2::new(1.0, 0.0) } else { Vec2::new(0.0, 1.0) }
 }
 
 #[cfg(test)]

@@ -249,6 +249,18 @@ pub mod moving {
         Stop,
     }
 
+    /// Which way a random mover sets out.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Heading {
+        /// Uniformly random: between walls it ricochets.
+        #[default]
+        Any,
+        /// Either way along that axis of the known map in which the free run through its place is longer: up and
+        /// down the aisle, as traffic between racks does. Equal runs: along x.
+        AlongAisle,
+    }
+
     /// What a mover does about the robot.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
     #[serde(rename_all = "snake_case")]
@@ -309,6 +321,8 @@ pub mod moving {
             pub radius_m: Positive,
             /// Range [lowest, highest] from which the speed is drawn, m/s. Default: [0.5, 1].
             pub speed_mps: [NonNegative; 2],
+            /// Which way they set out. Default: any.
+            pub heading: Heading,
             /// At a wall, an unknown static or the map's edge. Default: reflect.
             pub on_static: OnStatic,
             /// Towards the robot. Default: ignore.
@@ -325,6 +339,7 @@ pub mod moving {
                     count: CountOrZero::new(1),
                     radius_m: radius_default(),
                     speed_mps: [NonNegative::new(0.5), NonNegative::new(1.0)],
+                    heading: Heading::default(),
                     on_static: OnStatic::default(),
                     on_robot: OnRobot::default(),
                     yield_distance_m: yield_distance_default(),
