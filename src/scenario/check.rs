@@ -137,7 +137,7 @@ impl Scenario {
             fits(&grid, "goal", goal, radius, tolerance)?;
         }
         let (Some(start), Some(goal)) = (start, goal) else { return Ok(()) };
-        let distance = (goal - start).norm();
+        let distance = rounded((goal - start).norm());
         if distance <= tolerance {
             return Err(ScenarioError::new("the robot starts at its goal")
                 .key_labelled(KeyPath::parse("goal"), format!("{distance} m from `start`"))
@@ -193,7 +193,11 @@ impl Scenario {
                         .at(Some(file.display().to_string()), &text, span_at(&text, line, column))
                 }
                 MapError::Read { source } => {
-                    let mut refused = ScenarioError::new(format!("cannot read the map {}: {source}", file.display()))
+                    let title = match source.kind() {
+                        std::io::ErrorKind::NotFound => format!("there is no map file {}", file.display()),
+                        _ => format!("cannot read the map file {}: {source}", file.display()),
+                    };
+                    let mut refused = ScenarioError::new(title)
                         .key(map.key("file"))
                         .label("this file")
                         .note("the path is relative to the folder of the scenario file");

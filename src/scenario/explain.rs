@@ -58,7 +58,7 @@ pub(super) fn shape(error: &serde_yaml::Error, file: &str, text: &str) -> Scenar
     } else if message.contains("finite") {
         let refused = ScenarioError::new(format!("{} is not a finite number", home(&path)))
             .label("expected a finite number")
-            .help("write the number out; for a key with a default, leaving it out also helps");
+            .help("write the number that you mean, such as 1.5");
         (span, refused)
     } else if message.starts_with("the number") {
         (span, ScenarioError::new(format!("`{path}`: {message}")).label("expected a finite number"))
@@ -152,7 +152,7 @@ impl<'a> Fault<'a> {
         }
         if let Some((name, rest)) = quoted_after(&message, "unknown variant ") {
             let known: Vec<&str> = rest.split('`').skip(1).step_by(2).collect();
-            return self.unknown_name("name", name, &known, schema);
+            return self.unknown_name(&format!("value of {}:", home(&self.path)), name, &known, schema);
         }
         if let Some((what, rest)) = message.strip_prefix("unknown ").and_then(|rest| rest.split_once(" `"))
             && let Some((name, rest)) = rest.split_once('`')
@@ -170,7 +170,7 @@ impl<'a> Fault<'a> {
         for kind in ["invalid type: ", "invalid value: ", "invalid length "] {
             if let Some((found, expected)) = message.strip_prefix(kind).and_then(|rest| rest.split_once(", expected "))
             {
-                let found = if kind == "invalid length " { format!("{found} items") } else { plain_found(found) };
+                let found = if kind == "invalid length " { format!("a list of {found}") } else { plain_found(found) };
                 return self.wrong_value(&plain_expected(expected), &found, schema);
             }
         }
@@ -318,7 +318,9 @@ fn quoted_after<'m>(message: &'m str, start: &str) -> Option<(&'m str, &'m str)>
 /// What serde says it found, in our words.
 fn plain_found(found: &str) -> String {
     if let Some(text) = found.strip_prefix("string ") {
-        return format!("the text `{}`", text.trim_matches('"'));
+        let text = text.trim_matches('"');
+        let short: String = text.chars().take(40).collect();
+        return format!("the text `{short}{}`", if short.len() < text.len() { "…" } else { "" });
     }
     match found {
         "sequence" => "a list".to_owned(),
