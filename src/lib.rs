@@ -1,4 +1,5 @@
 //! simrun drives a differential-drive AGV through a 2-D world, headless, tick by tick.
+pub mod analysis;
 pub mod choice;
 pub mod clock;
 pub mod episode;
@@ -9,6 +10,7 @@ pub mod metrics;
 pub mod observation;
 pub mod plan;
 pub mod quantity;
+pub mod results;
 pub mod rng;
 pub mod robot;
 pub mod scenario;

@@ -25,7 +25,7 @@ pub struct Params {
     /// The drawing: a list of rows or one block of lines, all of one length, the first on top.
     pub rows: Drawing,
     /// Side of a cell, m. Default 1.
-    #[serde(default = "super::grid::one_metre")]
+    #[serde(default = "super::spec::one_metre")]
     pub resolution_m: Positive,
     /// World pose [x, y, theta] of the lower left corner, m and rad. Default [0, 0, 0].
     #[serde(default = "identity")]

@@ -20,6 +20,7 @@ pub fn passable(field: &DistanceField, clearance_m: f64) -> Vec<bool> {
 /// If `field` is not of the size of `grid`.
 pub fn reachable(grid: &OccupancyGrid, field: &DistanceField, from: Cell, clearance_m: f64) -> Vec<bool> {
     let passable = passable(field, clearance_m);
+    assert_eq!(grid.occupied().len(), passable.len(), "the field of this grid");
     let mut reached = vec![false; passable.len()];
     if grid.contains(from) && passable[grid.index(from)] {
         fill(grid, &passable, grid.index(from), &mut Vec::new(), |index| {

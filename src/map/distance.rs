@@ -388,15 +388,20 @@ mod tests {
     }
 
     #[test]
-    fn adding_many_cells_at_once_falls_back_and_is_the_same() {
+    fn adding_what_would_cost_more_than_computing_anew_is_the_same() {
+        // A line added from its end: each cell takes over what lies beyond it from the one before.
         let mut grid = OccupancyGrid::empty(64, 64, 1.0);
         let mut field = DistanceField::new(&grid);
-        let added: Vec<Cell> = (0..64).map(|k| Cell { col: k, row: (k * 37) % 64 }).collect();
+        let mut one_by_one = field.clone();
+        let added: Vec<Cell> = (1..63).map(|col| Cell { col, row: 31 }).collect();
         for &cell in &added {
             grid.set_occupied(cell);
         }
+        let swept: usize = added.iter().map(|&cell| one_by_one.add_square(cell)).sum();
+        assert!(swept > SWEEPS_MAX * grid.occupied().len(), "{swept} looks do not exceed the bound");
         field.add(&grid, &added);
         assert_eq!(field, DistanceField::new(&grid));
+        assert_eq!(one_by_one, field);
     }
 
     #[test]

@@ -14,7 +14,7 @@ pub struct Params {
     /// Number of rows.
     pub rows: Cells,
     /// Side of a cell, m. Default 1.
-    #[serde(default = "super::grid::one_metre")]
+    #[serde(default = "super::spec::one_metre")]
     pub resolution_m: Positive,
 }
 

@@ -2,13 +2,7 @@
 
 use crate::geometry::{Pose, Rect, Vec2, wrap_angle};
 use crate::math;
-use crate::quantity::Positive;
 use std::fmt;
-
-/// The resolution of maps that name none: the seed papers count in cells of 1 m (systems.md §1.1).
-pub(super) fn one_metre() -> Positive {
-    Positive::new(1.0)
-}
 
 /// A cell of a grid: column from the left, row from the bottom. May lie outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

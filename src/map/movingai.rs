@@ -25,7 +25,7 @@ pub struct Params {
     /// The `.map` file, relative to the folder of the scenario file.
     pub file: PathBuf,
     /// Side of a cell, m. Default 1.
-    #[serde(default = "super::grid::one_metre")]
+    #[serde(default = "super::spec::one_metre")]
     pub resolution_m: Positive,
 }
 
@@ -217,6 +217,7 @@ fn parse_query(number: usize, line: &str) -> Result<Query, MapError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Write;
 
     const SMALL: &str = "type octile\nheight 2\nwidth 3\nmap\n.GS\n@OT\n";
 
@@ -296,8 +297,6 @@ mod tests {
         assert!(!files.is_empty(), "no .{extension} in the benchmark");
         files
     }
-
-    use std::io::Write;
 
     #[test]
     fn every_benchmark_map_is_read_as_it_stands() {

@@ -2,12 +2,18 @@
 
 use super::{MapError, OccupancyGrid, ascii, empty, movingai, random, warehouse};
 use crate::choice::choice;
+use crate::quantity::Positive;
 use crate::rng::EpisodeSeed;
 use std::path::Path;
 
 choice! {
     /// The known map of a scenario: drawn in place, read from a file, or generated.
     pub enum MapSpec: "map" { ascii, movingai, random, warehouse, empty }
+}
+
+/// The resolution of maps that name none, m: the seed papers count in cells of 1 m (systems.md §1.1).
+pub(super) fn one_metre() -> Positive {
+    Positive::new(1.0)
 }
 
 impl MapSpec {
@@ -33,5 +39,61 @@ impl MapSpec {
             Self::ascii(_) | Self::movingai(_) | Self::warehouse(_) | Self::empty(_) => true,
             Self::random(params) => params.map_seed != random::MapSeed::PerEpisode,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::Cell;
+
+    const SEED: EpisodeSeed = EpisodeSeed { seed: 1, episode: 0 };
+
+    fn read(yaml: &str) -> MapSpec {
+        serde_yaml::from_str(yaml).expect("a map")
+    }
+
+    #[test]
+    fn every_kind_of_map_is_loaded() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("two.map"), "type octile\nheight 1\nwidth 2\nmap\n.@\n").expect("a file");
+        for (yaml, cols, rows, occupied, fixed) in [
+            ("ascii: {rows: ['.#', '..']}", 2, 2, 1, true),
+            ("movingai: {file: two.map, resolution_m: 0.5}", 2, 1, 1, true),
+            ("random: {cols: 8, rows: 9, obstacles: 5}", 8, 9, 5, false),
+            ("random: {cols: 8, rows: 9, obstacles: 5, map_seed: 3}", 8, 9, 5, true),
+            ("warehouse", 240, 120, 7896, true),
+            ("empty: {cols: 3, rows: 4, resolution_m: 0.5}", 3, 4, 0, true),
+        ] {
+            let spec = read(yaml);
+            let grid = spec.load(folder.path(), SEED).expect("a grid");
+            assert_eq!((grid.cols(), grid.rows(), grid.occupied_count()), (cols, rows, occupied), "{yaml}");
+            assert_eq!(spec.is_fixed(), fixed, "{yaml}");
+            let other = spec.load(folder.path(), EpisodeSeed { episode: 1, ..SEED }).expect("a grid");
+            assert_eq!(grid == other, fixed, "{yaml}");
+        }
+        let half = read("movingai: {file: two.map, resolution_m: 0.5}").load(folder.path(), SEED).expect("a grid");
+        assert_eq!(half.resolution_m(), 0.5);
+        assert!(half.is_free(Cell { col: 0, row: 0 }));
+    }
+
+    #[test]
+    fn a_fault_in_a_file_is_named_with_file_and_place() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("bad.map"), "type octile\nheight 1\nwidth 2\nmap\n.?\n").expect("a file");
+        let error = read("movingai: {file: bad.map}").load(folder.path(), SEED).expect_err("refused").to_string();
+        assert!(error.contains("bad.map: line 5, column 2: found `?`, expected `.`, `G` or `S` (passable)"), "{error}");
+    }
+
+    #[test]
+    fn a_wrong_name_is_answered_with_the_nearest() {
+        let error = serde_yaml::from_str::<MapSpec>("warehous").expect_err("refused").to_string();
+        assert!(error.contains("unknown map `warehous`, did you mean `warehouse`?"), "{error}");
+    }
+
+    #[test]
+    fn the_schema_names_every_kind() {
+        let schema = serde_json::to_string(&schemars::schema_for!(MapSpec)).expect("text");
+        assert!(MapSpec::NAMES.iter().all(|name| schema.contains(&format!("\"{name}\""))), "{schema}");
     }
 }

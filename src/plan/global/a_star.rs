@@ -65,7 +65,9 @@ struct CostPlusEstimate<'a> {
 impl Rule for CostPlusEstimate<'_> {
     type Cost = Steps;
 
-    const REOPENS: bool = true;
+    fn reopens(&self) -> bool {
+        !self.params.heuristic.is_consistent()
+    }
 
     fn moves(&self, from: &Visit<Steps>) -> Moves {
         Moves::allowed(self.problem.grid, from.index, self.params.corner_rule)

@@ -58,8 +58,9 @@ struct UniformCost<'a> {
 impl Rule for UniformCost<'_> {
     type Cost = Steps;
 
-    // Costs of steps are positive, so a node is expanded at its smallest cost.
-    const REOPENS: bool = false;
+    fn reopens(&self) -> bool {
+        false // steps cost something, so a node is expanded at its smallest cost
+    }
 
     fn moves(&self, from: &Visit<Steps>) -> Moves {
         Moves::allowed(self.grid, from.index, self.corner_rule)

@@ -67,9 +67,9 @@ pub(super) trait Rule {
     /// How costs are kept.
     type Cost: Cost;
 
-    /// Whether a closed node is opened again when a cheaper connection is found. A rule whose closed
-    /// nodes are cheapest already saves the comparison.
-    const REOPENS: bool;
+    /// Whether a closed node is opened again when a cheaper connection is found. Where closed nodes
+    /// are cheapest already, `false` saves the comparison.
+    fn reopens(&self) -> bool;
 
     /// The moves to try from a node.
     fn moves(&self, from: &Visit<Self::Cost>) -> Moves;
@@ -154,7 +154,7 @@ impl<C: Cost> Workspace<C> {
             for step in rule.moves(&from) {
                 let to = index.wrapping_add_signed(offsets[step.direction()]);
                 let known = self.nodes[to as usize];
-                if known.stamp == closed && !R::REOPENS {
+                if known.stamp == closed && !rule.reopens() {
                     continue;
                 }
                 let in_escape_zone = (from_bits | grid.cells()[to as usize]) & ESCAPE != 0;

@@ -65,7 +65,9 @@ struct ParentInSight<'a> {
 impl Rule for ParentInSight<'_> {
     type Cost = f64;
 
-    const REOPENS: bool = false;
+    fn reopens(&self) -> bool {
+        false // the paper's basic Theta*
+    }
 
     fn moves(&self, from: &Visit<f64>) -> Moves {
         Moves::allowed(self.problem.grid, from.index, CornerRule::Forbid)

@@ -80,6 +80,11 @@ pub enum Heuristic {
 }
 
 impl Heuristic {
+    /// Whether no step lowers g + h, so that a node is expanded at its smallest cost.
+    pub(in super::super) fn is_consistent(self) -> bool {
+        self != Self::Manhattan
+    }
+
     /// g + h, in cells. Whole steps are added as counts, so that equal sums are equal numbers.
     pub(in super::super) fn added_to(self, g: Steps, cell: Cell, goal: Cell) -> f64 {
         let (dx, dy) = (cell.col.abs_diff(goal.col), cell.row.abs_diff(goal.row));
