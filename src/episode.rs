@@ -8,7 +8,8 @@ use crate::plan::stack::Stack;
 use crate::quantity::{NonNegative, Positive};
 use crate::robot::Robot;
 use crate::trace::{MoverState, PlannedPath, Tick, Trace};
-use crate::world::{ObstacleKind, Scene, SensingSpec, World};
+use crate::world::spec::SensingSpec;
+use crate::world::{ObstacleKind, Scene, World};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -132,9 +133,16 @@ pub struct Timings {
 #[derive(Debug, Default)]
 pub struct Runner {
     sensed: Vec<SensedObstacle>,
-    /// What happened in the last episode.
+    /// The last episode.
+    pub record: Record,
+}
+
+/// What is known of an episode afterwards.
+#[derive(Debug, Default)]
+pub struct Record {
+    /// What happened.
     pub trace: Trace,
-    /// How long the last episode took.
+    /// How long it took.
     pub timings: Timings,
 }
 
@@ -149,8 +157,7 @@ impl Runner {
         termination: &TerminationSpec,
         stack: &mut Stack,
     ) -> Outcome {
-        self.trace.clear(scene.movers.len());
-        self.timings.local_s.clear();
+        self.record.begin(scene);
         let episode = AssertUnwindSafe(|| self.drive(scene, robot, sensing, termination, stack));
         catch_unwind(episode).unwrap_or_else(|panic| {
             let message = panic
@@ -170,35 +177,34 @@ impl Runner {
         termination: &TerminationSpec,
         stack: &mut Stack,
     ) -> Outcome {
+        let Self { sensed, record } = self;
         let clock = Stopwatch::start();
         let mut world = World::new(scene, robot, sensing);
         let mut belief = Belief::new(&scene.map.grid, &scene.map.field);
-        self.timings.world_s = clock.elapsed_s();
-        self.timings.global_s = 0.0;
-        self.timings.physics_s = 0.0;
-
+        record.timings.world_s = clock.elapsed_s();
+        
         let tick_max = termination.tick_max(scene, robot);
         let goal_tolerance_m = termination.goal_tolerance_m.get();
         let stuck_ticks = (termination.stuck_after_s.get() / DT_S).ceil() as u32;
         let mut anchor = (scene.start.position, 0u32);
 
         for tick in 0..tick_max {
-            world.sense(&mut belief, &mut self.sensed);
+            world.sense(&mut belief, sensed);
             let observation = Observation {
                 tick,
                 dt_s: DT_S,
                 pose: world.pose(),
                 twist: world.twist(),
                 belief: &belief,
-                obstacles: &self.sensed,
+                obstacles: sensed,
                 goal: scene.goal,
                 robot,
             };
             if tick == 0 {
                 let planned = stack.begin(&observation);
-                self.note_effort(stack);
-                self.note_path(tick, stack);
-                self.record_start(&world, stack);
+                record.note_effort(stack);
+                record.note_path(tick, stack);
+                record.push_start(&world, stack, sensed.len());
                 if let Err(failure) = planned {
                     return Outcome::NoPath { message: failure.to_string() };
                 }
@@ -209,22 +215,22 @@ impl Runner {
 
             let (clock, global_before_s) = (Stopwatch::start(), stack.global_s());
             let decision = stack.decide(&observation);
-            self.timings.local_s.push(clock.elapsed_s() - (stack.global_s() - global_before_s));
+            record.timings.local_s.push(clock.elapsed_s() - (stack.global_s() - global_before_s));
             assert!(
                 decision.command.v.is_finite() && decision.command.omega.is_finite(),
                 "the local planner asked for a twist that is not finite: {:?}",
                 decision.command
             );
-            self.note_effort(stack);
-            self.note_path(tick, stack);
-            self.trace.rollouts += decision.rollouts;
-            self.trace.recoveries += u32::from(decision.mode == Mode::Recover);
+            record.note_effort(stack);
+            record.note_path(tick, stack);
+            record.trace.rollouts += decision.rollouts;
+            record.trace.recoveries += u32::from(decision.mode == Mode::Recover);
 
             let believed = observation.pose;
             let clock = Stopwatch::start();
             let step = world.step(decision.command);
-            self.timings.physics_s += clock.elapsed_s();
-            self.record(&world, stack, tick + 1, believed, decision, step.clearance_low_m);
+            record.timings.physics_s += clock.elapsed_s();
+            record.push(&world, stack, tick + 1, believed, decision, step.clearance_low_m, sensed.len());
 
             if let Some(contact) = step.contact {
                 return Outcome::Collision { with: contact.with, at_rest: contact.at_rest };
@@ -241,6 +247,15 @@ impl Runner {
         }
         Outcome::Timeout
     }
+}
+
+impl Record {
+    fn begin(&mut self, scene: &Scene) {
+        self.trace.clear(scene.movers.len());
+        let mut local_s = core::mem::take(&mut self.timings.local_s);
+        local_s.clear();
+        self.timings = Timings { local_s, ..Timings::default() };
+    }
 
     fn note_effort(&mut self, stack: &Stack) {
         let effort = stack.effort();
@@ -256,12 +271,14 @@ impl Runner {
         }
     }
 
-    fn record_start(&mut self, world: &World<'_>, stack: &Stack) {
+    /// The row before the first tick.
+    fn push_start(&mut self, world: &World<'_>, stack: &Stack, sensed: usize) {
         let decision = Decision { command: Twist::ZERO, mode: Mode::Track, rollouts: 0 };
-        self.record(world, stack, 0, world.pose(), decision, world.clearance_m());
+        self.push(world, stack, 0, world.pose(), decision, world.clearance_m(), sensed);
     }
 
-    fn record(
+    #[expect(clippy::too_many_arguments, reason = "a row of the trace, from all who know of it")]
+    fn push(
         &mut self,
         world: &World<'_>,
         stack: &Stack,
@@ -269,6 +286,7 @@ impl Runner {
         believed: Pose,
         decision: Decision,
         clearance_low_m: f64,
+        sensed: usize,
     ) {
         let pose = world.pose();
         let has_path = stack.path_revision() > 0;
@@ -283,7 +301,7 @@ impl Runner {
             clearance_m: world.clearance_m(),
             clearance_low_m,
             path_deviation_m: has_path.then(|| stack.path().project(pose.position).1),
-            sensed_movers: self.sensed.len() as u32,
+            sensed_movers: sensed as u32,
             seen_statics: world.seen_statics(),
         });
         let states = world.movers().iter();

@@ -76,11 +76,12 @@ fn run(args: &Args, experiment: &Experiment) -> Result<(), Failure> {
 /// Runs one episode and prints its rows.
 fn run_one(experiment: &Experiment, episode: u64, traces: Option<&Path>) -> Result<(), Failure> {
     let rows = experiment.run_block(&mut Worker::default(), episode, traces).map_err(Failure::run)?;
-    let mut table = results::header_line(experiment.order().swept());
+    let header = results::header_line(experiment.order().swept());
+    let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(header);
     for (row, _) in &rows {
-        table.extend(results::row_line(row));
+        results::write_row(&mut table, row).map_err(Failure::run)?;
     }
-    print(&String::from_utf8_lossy(&table))?;
+    print(&String::from_utf8_lossy(&table.into_inner().map_err(Failure::run)?))?;
     match rows.iter().find(|(row, _)| matches!(row.outcome, Outcome::PlannerError { .. })) {
         Some((row, _)) => Err(Failure::Run(format!("error: {} crashed: {}", row.stack, row.outcome.message()))),
         None => Ok(()),

@@ -186,9 +186,9 @@ impl Experiment {
                 Ok(scene) => {
                     let row = self.drive(scene, shortest_m, spec, &mut stacks[index], runner, episode);
                     if let Some(folder) = traces {
-                        write_trace(folder, &row, scene, &runner.trace)?;
+                        write_trace(folder, &row, scene, &runner.record.trace)?;
                     }
-                    let timing = timing(world_s, &mut runner.timings);
+                    let timing = timing(world_s, &mut runner.record.timings);
                     (row, timing)
                 }
                 Err(infeasible) => {
@@ -209,7 +209,7 @@ impl Experiment {
         let mut runner = Runner::default();
         let spec = &self.stacks[stack_index];
         let row = self.drive(&scene, self.shortest_m(&scene), spec, &mut None, &mut runner, episode);
-        Ok(Drive { scene, row, trace: runner.trace })
+        Ok(Drive { scene, row, trace: runner.record.trace })
     }
 
     /// The world of one episode.
@@ -251,7 +251,7 @@ impl Experiment {
         let measured = metrics::Episode {
             scene,
             robot: &self.robot,
-            trace: &runner.trace,
+            trace: &runner.record.trace,
             success: outcome == Outcome::Success,
             goal_tolerance_m: scenario.termination.goal_tolerance_m.get(),
             dt_s: DT_S,
@@ -260,7 +260,7 @@ impl Experiment {
         Row {
             metrics: metrics::measure(measured, &scenario.metrics),
             world_digest: Some(Digest(scene.digest())),
-            trace_digest: Some(Digest(trace::digest(&runner.trace))),
+            trace_digest: Some(Digest(trace::digest(&runner.record.trace))),
             ..self.row(spec, episode, outcome)
         }
     }

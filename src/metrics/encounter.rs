@@ -1,10 +1,9 @@
 //! Metrics of meetings with movers and unknown statics: encounters, time to collision.
 
-use super::shortest::signed_distance;
 use crate::geometry::{Pose, Twist, Vec2, direction};
 use crate::math;
 use crate::trace::{MoverState, Trace};
-use crate::world::{Scene, Shape};
+use crate::world::Scene;
 
 /// How far `ttc_min_s` looks ahead, s.
 pub const TTC_HORIZON_S: f64 = 10.0;
@@ -30,13 +29,10 @@ pub fn encounters(scene: &Scene, radius_m: f64, trace: &Trace, encounter_m: f64)
         positions().enumerate().any(met)
     });
     let statics = scene.unknown_static.iter().filter(|obstacle| {
-        let outer_m = match obstacle.shape {
-            Shape::Disc { radius_m } => radius_m,
-            Shape::Rectangle { half_m } => half_m.norm(),
-        };
+        let outer_m = obstacle.shape().circumradius_m();
         // The circle around it is the cheap test that most ticks fail.
         positions().any(|p| {
-            (p - obstacle.pose.position).norm() - outer_m <= reach_m && signed_distance(obstacle, p) <= reach_m
+            (p - obstacle.pose().position).norm() - outer_m <= reach_m && obstacle.distance_m(p) <= reach_m
         })
     });
     (movers.count() + statics.count()) as u32

@@ -24,9 +24,9 @@
 //! the same length within rounding.
 
 use crate::geometry::{Rect, Vec2, cross};
-use crate::map::{Cell, Frame, OccupancyGrid};
+use crate::map::{Cell, OccupancyGrid};
 use crate::math;
-use crate::world::{Scene, Shape, UnknownStatic};
+use crate::world::{Scene, UnknownStatic};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -118,28 +118,14 @@ fn grow(known: &OccupancyGrid, reach_m: f64, blocked: &mut OccupancyGrid) {
 
 /// Blocks every cell that lies wholly within `reach_m` of the obstacle.
 fn cover(obstacle: &UnknownStatic, reach_m: f64, blocked: &mut OccupancyGrid) {
-    let half = match obstacle.shape {
-        Shape::Disc { radius_m } => radius_m,
-        Shape::Rectangle { half_m } => half_m.norm(),
-    };
-    let centre = obstacle.pose.position;
+    let half = obstacle.shape().circumradius_m();
+    let centre = obstacle.pose().position;
     for cell in cells_in(blocked, Rect { min: centre, max: centre }, half + reach_m) {
         let Rect { min, max } = blocked.square(cell);
         let corners = [min, max, Vec2::new(min.x, max.y), Vec2::new(max.x, min.y)];
-        let is_covered = corners.into_iter().all(|corner| signed_distance(obstacle, corner) <= reach_m);
+        let is_covered = corners.into_iter().all(|corner| obstacle.distance_m(corner) <= reach_m);
         if is_covered && blocked.contains(cell) {
             blocked.set_occupied(cell);
-        }
-    }
-}
-
-/// Distance from `p` to the outline of an unknown static, m; negative inside.
-pub(super) fn signed_distance(obstacle: &UnknownStatic, p: Vec2) -> f64 {
-    match obstacle.shape {
-        Shape::Disc { radius_m } => (p - obstacle.pose.position).norm() - radius_m,
-        Shape::Rectangle { half_m } => {
-            let own = Frame { origin: obstacle.pose }.point_to_grid(p);
-            Rect { min: -half_m, max: half_m }.signed_distance(own)
         }
     }
 }

@@ -132,8 +132,8 @@ impl Canvas {
 
     fn unknown_statics(&self, svg: &mut String, scene: &Scene) {
         for obstacle in &scene.unknown_static {
-            let (x, y) = (self.x(obstacle.pose.position), self.y(obstacle.pose.position));
-            match obstacle.shape {
+            let (x, y) = (self.x(obstacle.pose().position), self.y(obstacle.pose().position));
+            match obstacle.shape() {
                 Shape::Disc { radius_m } => line(
                     svg,
                     format_args!(
@@ -149,7 +149,7 @@ impl Canvas {
                         -self.px(half_m.y),
                         self.px(2.0 * half_m.x),
                         self.px(2.0 * half_m.y),
-                        -obstacle.pose.theta.to_degrees()
+                        -obstacle.pose().theta.to_degrees()
                     ),
                 ),
             }

@@ -67,7 +67,7 @@ pub use folder::{
 };
 pub use identity::{Identity, Launch, Manifest};
 pub use order::{Order, Point};
-pub use row::{Digest, Reader, Row, read_row, write_row};
+pub use row::{Digest, Reader, Row, header_line, read_row, write_row};
 pub use summary::{Rate, Statistics, SummaryRow, summarise, write_summary};
 pub use table::table;
 pub use timings::Timing;

@@ -232,7 +232,7 @@ pub(super) fn split(line: &[u8]) -> Result<csv::StringRecord, String> {
 }
 
 /// The header line of a sweep over `swept`, newline included.
-pub(super) fn header_line(swept: &[String]) -> Vec<u8> {
+pub fn header_line(swept: &[String]) -> Vec<u8> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(header(swept)).expect("writing to memory cannot fail");
     writer.into_inner().expect("writing to memory cannot fail")
