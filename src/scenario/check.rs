@@ -127,10 +127,13 @@ impl Scenario {
         let goal = self.goal.given(&map.grid);
         scene.check(&map, &robot).map_err(|error| {
             let refused =
-                ScenarioError::new(format!("`{}` {}", error.key, error.message)).key(KeyPath::parse(&error.key));
+                ScenarioError::new(format!("`{}`: {}", error.key, error.message)).key(KeyPath::parse(&error.key));
             match (error.key.as_str(), start, goal) {
                 ("start", Some(place), _) | ("goal", _, Some(place)) => {
                     nearest_fit(refused, &map, place, robot.radius_m)
+                }
+                (key, ..) if key.ends_with(".position") || key.ends_with(".pose") => {
+                    refused.help("move it to free floor")
                 }
                 _ => refused,
             }

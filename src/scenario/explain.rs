@@ -182,6 +182,13 @@ impl<'a> Fault<'a> {
     }
 
     fn missing_key(&mut self, key: &str, schema: &Json) -> ScenarioError {
+        let place = Place::at(schema, &self.path);
+        let word = self.span.clone().map_or("", |span| &self.text[span]);
+        let is_parameter = place.as_ref().is_some_and(|place| place.key(key).is_none());
+        if is_parameter && place.and_then(|place| place.key(word)?.key(key)).is_some() {
+            // A choice written by its name alone: the reader knows the place of the name only.
+            self.path = std::mem::take(&mut self.path).key(word);
+        }
         let mut error = ScenarioError::new(format!("`{key}` is missing{}", inside(&self.path)));
         if self.path.is_top() {
             self.span = None;
@@ -190,6 +197,8 @@ impl<'a> Fault<'a> {
                 "stacks" => "say what to drive with, for example `stacks: {global: [a_star], local: [dwa]}`",
                 _ => "add it",
             });
+        } else if is_parameter {
+            error = error.label(format!("expected `{word}: {{{key}: …}}`"));
         } else {
             error = error.label(format!("expected `{key}: …` in here"));
         }
