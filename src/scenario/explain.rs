@@ -20,50 +20,43 @@ pub(super) fn typed(error: &serde_yaml::Error, schema: &Json, file: &str, text: 
 
 /// An error of the first look at the text: syntax, nesting, keys written twice, tags, numbers.
 pub(super) fn shape(error: &serde_yaml::Error, file: &str, text: &str) -> ScenarioError {
-    let Fault { path, message, span, .. } = Fault::new(error, text);
-    let line = span.as_ref().map_or("", |span| {
-        let start = text[..span.start].rfind('\n').map_or(0, |end| end + 1);
-        text[start..].lines().next().unwrap_or("")
-    });
-    let indentation = &line[..line.len() - line.trim_start().len()];
-    let (span, refused) = if let Some(tab) = indentation.find('\t') {
-        let start = span.map_or(0, |span| text[..span.start].rfind('\n').map_or(0, |end| end + 1));
-        let refused = ScenarioError::new("a tab in the indentation")
+    let Fault { path, message, mut span, .. } = Fault::new(error, text);
+    let at = span.as_ref().map_or(0, |span| span.start);
+    let line_start = text[..at].rfind('\n').map_or(0, |end| end + 1);
+    let indentation = text[line_start..].find(|c| c != ' ').unwrap_or(0);
+    let refused = if text[line_start + indentation..].starts_with('\t') {
+        span = Some(line_start + indentation..line_start + indentation + 1);
+        ScenarioError::new("a tab in the indentation")
             .label("this is a tab")
-            .help("YAML is indented with spaces: replace each tab by two of them");
-        (Some(start + tab..start + tab + 1), refused)
+            .help("YAML is indented with spaces: replace each tab by two of them")
     } else if let Some(repeated) = message.strip_suffix(" is written twice") {
-        let refused = ScenarioError::new(format!("{repeated} is written twice{}", inside(&path)))
+        ScenarioError::new(format!("{repeated} is written twice{}", inside(&path)))
             .label("the second time")
-            .help("keep one of the two");
-        (span, refused)
+            .help("keep one of the two")
     } else if message.starts_with("scenarios use no YAML tags") {
-        let refused = ScenarioError::new(message.clone())
+        ScenarioError::new(message)
             .label("starts with `!`")
-            .help("write a choice with parameters as `name: {parameters}`");
-        (span, refused)
+            .help("write a choice with parameters as `name: {parameters}`")
     } else if message.starts_with("lists and keys are nested") || message == "recursion limit exceeded" {
-        let refused = ScenarioError::new(message.clone())
+        ScenarioError::new(message)
             .label("too deep")
-            .help("no scenario needs that: is a bracket or a quote left open before it?");
-        (span, refused)
+            .help("no scenario needs that: is a bracket or a quote left open before it?")
     } else if message == "repetition limit exceeded" {
-        let refused = ScenarioError::new("aliases (`*name`) blow the scenario up to an unreasonable size")
-            .help("write the values out, or leave out aliases of aliases");
-        (span, refused)
+        ScenarioError::new("aliases (`*name`) blow the scenario up to an unreasonable size")
+            .help("write the values out, or leave out aliases of aliases")
     } else if message.contains("more than one document") {
-        let refused = ScenarioError::new("the file holds more than one YAML document")
-            .help("keep one scenario per file: remove the `---` between them");
-        (span, refused)
-    } else if message.contains("finite") {
-        let refused = ScenarioError::new(format!("{} is not a finite number", home(&path)))
+        ScenarioError::new("the file holds more than one YAML document")
+            .help("keep one scenario per file: remove the `---` between them")
+    } else if message == super::shape::NOT_FINITE {
+        ScenarioError::new(format!("{} is not a finite number", home(&path)))
             .label("expected a finite number")
-            .help("write the number that you mean, such as 1.5");
-        (span, refused)
+            .help("write the number that you mean, such as 1.5")
     } else if message.starts_with("the number") {
-        (span, ScenarioError::new(format!("`{path}`: {message}")).label("expected a finite number"))
+        ScenarioError::new(format!("{}: {message}", home(&path)))
+            .label("too large")
+            .help("no whole number in a scenario is larger than 18446744073709551615")
     } else {
-        (span.clone(), syntax(&message, &text[..span.map_or(0, |span| span.start)]))
+        syntax(&message, &text[..at])
     };
     match span {
         Some(span) => refused.at(Some(file.to_owned()), text, span),
@@ -97,7 +90,7 @@ fn syntax(message: &str, before: &str) -> ScenarioError {
     if context.is_empty() { error } else { error.note(format!("while {context}")) }
 }
 
-/// ` in `path``, or nothing at the top.
+/// The words that say in which block something is; none at the top.
 fn inside(path: &KeyPath) -> String {
     if path.is_top() { String::new() } else { format!(" in `{path}`") }
 }

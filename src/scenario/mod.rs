@@ -194,6 +194,7 @@ impl JsonSchema for Name {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rng::{EpisodeSeed, Purpose};
 
     fn read(text: &str) -> Scenario {
         ScenarioFile::from_text("scenario.yaml", text).read(&[]).unwrap_or_else(|error| panic!("{error}"))
@@ -247,6 +248,36 @@ stacks:
         let mut written: Vec<&str> = resolved.keys().map(|key| key.as_str().unwrap()).collect();
         (keys.sort_unstable(), written.sort_unstable());
         assert_eq!(written, keys);
+    }
+
+    #[test]
+    fn no_slip_of_the_pen_makes_the_reader_or_its_messages_panic() {
+        let pieces = [
+            "\t", "  ", "\n", ":", ": ", "- ", "[", "]", "{", "}", "\"", "'", "#", "é", "!", "&a ", "*a", "|", "~",
+            "9", ".nan",
+        ];
+        let mut draws = EpisodeSeed { seed: 1, episode: 0 }.stream(Purpose::Map, 0);
+        let (mut read, mut refused) = (0, 0);
+        for _ in 0..3000 {
+            let mut text: Vec<char> = FULL.chars().collect();
+            for _ in 0..=draws.index(3) {
+                let at = draws.index(text.len());
+                match draws.index(3) {
+                    0 => drop(text.drain(at..(at + 1 + draws.index(6)).min(text.len()))),
+                    1 => text.swap(at, draws.index(FULL.len() / 2)),
+                    _ => drop(text.splice(at..at, pieces[draws.index(pieces.len())].chars())),
+                }
+            }
+            let text: String = text.into_iter().collect();
+            let edits = [Edit::parse("limits.speed_max_mps=0.9").unwrap()];
+            for edits in [&edits[..], &[]] {
+                match ScenarioFile::from_text("slip.yaml", text.clone()).read(edits) {
+                    Ok(_) => read += 1,
+                    Err(error) => refused += usize::from(error.to_string().starts_with("error: ")),
+                }
+            }
+        }
+        assert!(read + refused == 6000 && read > 300 && refused > 3000, "{read} {refused}");
     }
 
     #[test]
