@@ -84,16 +84,16 @@ impl ScenarioFile {
         let schema = Scenario::schema();
         let typed = |text: &str| serde_yaml::from_str::<Scenario>(text);
         let mut scenario = if edits.is_empty() {
-            typed(&self.text).map_err(|error| explain::typed(&error, &schema, &file, &self.text))?
+            typed(&self.text).map_err(|error| explain::typed(&error, schema, &file, &self.text))?
         } else {
-            let (tree, landed) = self.edited(edits, &schema)?;
+            let (tree, landed) = self.edited(edits, schema)?;
             // Through a text and not straight from the tree, whose reader tells no key paths.
             let text = serde_yaml::to_string(&tree).expect("a tree read from YAML can be written as YAML");
             typed(&text).map_err(|error| {
-                let (refused, _) = Fault::new(&error, &text).explain(&schema);
+                let (refused, _) = Fault::new(&error, &text).explain(schema);
                 match (edit_of(&refused, &landed), typed(&self.text)) {
                     (Some((edit, _)), _) => edits[edit].blame(refused, None),
-                    (None, Err(original)) => explain::typed(&original, &schema, &file, &self.text),
+                    (None, Err(original)) => explain::typed(&original, schema, &file, &self.text),
                     // The fault is in none of the edited values: the last edit made it one.
                     (None, Ok(_)) => edits[edits.len() - 1].blame(refused, None),
                 }
@@ -129,7 +129,7 @@ impl ScenarioFile {
 
     /// Shows an error where its keys stand: at the last edit of one of them, else in the file.
     fn place(&self, error: ScenarioError, edits: &[Edit]) -> ScenarioError {
-        let landed = self.edited(edits, &Scenario::schema()).map(|(_, landed)| landed).unwrap_or_default();
+        let landed = self.edited(edits, Scenario::schema()).map(|(_, landed)| landed).unwrap_or_default();
         if let Some((edit, key)) = edit_of(&error, &landed) {
             return edits[edit].blame(error.showing(key), None);
         }
