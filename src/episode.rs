@@ -109,9 +109,8 @@ impl TerminationSpec {
     pub fn tick_max(&self, scene: &Scene, robot: &Robot) -> u32 {
         const DAY_S: f64 = 86_400.0;
         let straight_m = (scene.goal - scene.start.position).norm();
-        let timeout_s = self
-            .timeout_s
-            .map_or(self.timeout_factor.get() * straight_m / robot.speed_max_mps, Positive::get);
+        let timeout_s =
+            self.timeout_s.map_or(self.timeout_factor.get() * straight_m / robot.speed_max_mps, Positive::get);
         ((timeout_s / DT_S).ceil().clamp(1.0, DAY_S / DT_S)) as u32
     }
 }
@@ -182,7 +181,7 @@ impl Runner {
         let mut world = World::new(scene, robot, sensing);
         let mut belief = Belief::new(&scene.map.grid, &scene.map.field);
         record.timings.world_s = clock.elapsed_s();
-        
+
         let tick_max = termination.tick_max(scene, robot);
         let goal_tolerance_m = termination.goal_tolerance_m.get();
         let stuck_ticks = (termination.stuck_after_s.get() / DT_S).ceil() as u32;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The order of the house, ground first; a folder's own modules may name each other.
-const ORDER: [&str; 19] = [
+const ORDER: [&str; 20] = [
     "math",
     "quantity",
     "geometry",
@@ -20,6 +20,7 @@ const ORDER: [&str; 19] = [
     "episode",
     "metrics",
     "scenario",
+    "analysis",
     "results",
     "experiment",
     "report",

@@ -51,17 +51,16 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     for (index, experiment) in experiments.iter().enumerate() {
         let name = &experiment.scenario().name;
         if experiments[..index].iter().any(|other| other.scenario().name == *name) {
-            return Err(Failure::Usage(format!("error: two scenarios are called `{name}` and would write the same folder")));
+            return Err(Failure::Usage(format!(
+                "error: two scenarios are called `{name}` and would write the same folder"
+            )));
         }
     }
     experiments.iter().try_for_each(|experiment| run(args, experiment))
 }
 
 fn run(args: &Args, experiment: &Experiment) -> Result<(), Failure> {
-    let folder = args
-        .out
-        .clone()
-        .unwrap_or_else(|| Path::new("results").join(experiment.scenario().name.as_str()));
+    let folder = args.out.clone().unwrap_or_else(|| Path::new("results").join(experiment.scenario().name.as_str()));
     let traces = args.trace.then(|| folder.join("traces"));
     if let Some(traces) = &traces {
         std::fs::create_dir_all(traces)
@@ -111,7 +110,10 @@ fn run_all(args: &Args, experiment: &Experiment, folder: &Path, traces: Option<&
     result.map_err(Failure::run)?;
     let summary = folder.finish().map_err(Failure::run)?.unwrap_or_default();
     if !args.quiet {
-        print(&format!("{}\n{shown}/episodes.csv, summary.csv, timings.csv, manifest.json\n", results::table(&summary)))?;
+        print(&format!(
+            "{}\n{shown}/episodes.csv, summary.csv, timings.csv, manifest.json\n",
+            results::table(&summary)
+        ))?;
     }
     judge(args, &summary)
 }
@@ -120,7 +122,10 @@ fn run_all(args: &Args, experiment: &Experiment, folder: &Path, traces: Option<&
 fn judge(args: &Args, summary: &[SummaryRow]) -> Result<(), Failure> {
     if let Some(row) = summary.iter().find(|row| row.count("planner_error") > 0) {
         let count = row.count("planner_error");
-        return Err(Failure::Run(format!("error: {} crashed in {count} episodes: see the column `message`", row.stack)));
+        return Err(Failure::Run(format!(
+            "error: {} crashed in {count} episodes: see the column `message`",
+            row.stack
+        )));
     }
     let Some(required) = args.require_success else { return Ok(()) };
     let missed: Vec<String> = summary

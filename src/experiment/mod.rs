@@ -143,7 +143,13 @@ impl Experiment {
     ///
     /// # Errors
     /// If a row or a trace cannot be written. What was written before stays, and the same command goes on from there.
-    pub fn run(&self, folder: &Folder, threads: usize, traces: Option<&Path>, after: impl Fn() + Sync) -> Result<(), RunError> {
+    pub fn run(
+        &self,
+        folder: &Folder,
+        threads: usize,
+        traces: Option<&Path>,
+        after: impl Fn() + Sync,
+    ) -> Result<(), RunError> {
         let work = || -> Result<(), RunError> {
             let mut worker = Worker::default();
             while let Some(block) = folder.take() {

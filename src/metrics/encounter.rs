@@ -31,9 +31,8 @@ pub fn encounters(scene: &Scene, radius_m: f64, trace: &Trace, encounter_m: f64)
     let statics = scene.unknown_static.iter().filter(|obstacle| {
         let outer_m = obstacle.shape().circumradius_m();
         // The circle around it is the cheap test that most ticks fail.
-        positions().any(|p| {
-            (p - obstacle.pose().position).norm() - outer_m <= reach_m && obstacle.distance_m(p) <= reach_m
-        })
+        positions()
+            .any(|p| (p - obstacle.pose().position).norm() - outer_m <= reach_m && obstacle.distance_m(p) <= reach_m)
     });
     (movers.count() + statics.count()) as u32
 }

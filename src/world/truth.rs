@@ -393,7 +393,8 @@ mod tests {
             let unknown = self.scene.unknown_static.iter().map(|obstacle| match obstacle.shape() {
                 Shape::Disc { radius_m } => (robot - obstacle.pose().position).norm() - radius_m,
                 Shape::Rectangle { half_m } => {
-                    let (along, across) = (direction(obstacle.pose().theta), direction(obstacle.pose().theta + 0.5 * math::PI));
+                    let (along, across) =
+                        (direction(obstacle.pose().theta), direction(obstacle.pose().theta + 0.5 * math::PI));
                     let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
                         .map(|(a, b)| obstacle.pose().position + a * half_m.x * along + b * half_m.y * across);
                     let d = robot - obstacle.pose().position;
@@ -404,10 +405,13 @@ mod tests {
                     }
                 }
             });
-            let movers = self.scene.movers.iter().map(|mover| {
-                (mover.position + time_s * mover.velocity - robot).norm() - mover.radius_m
-            });
-            let least = |distances: &mut dyn Iterator<Item = f64>| distances.fold(f64::INFINITY, math::min) - self.radius_m;
+            let movers = self
+                .scene
+                .movers
+                .iter()
+                .map(|mover| (mover.position + time_s * mover.velocity - robot).norm() - mover.radius_m);
+            let least =
+                |distances: &mut dyn Iterator<Item = f64>| distances.fold(f64::INFINITY, math::min) - self.radius_m;
             [
                 least(&mut cells.into_iter()),
                 least(&mut unknown.into_iter()),
@@ -475,7 +479,10 @@ mod tests {
             // Samples are up to 8 m/s · 0.25 ms = 2 mm of relative motion from the true minimum.
             assert!(episode_truth - episode_low < 1e-3 + 2e-3, "{episode_truth} against {episode_low}");
         }
-        assert!(ticks > 4000 && contacts.iter().all(|&count| count > 100), "{ticks} ticks, {contacts:?}, {grazes} grazes");
+        assert!(
+            ticks > 4000 && contacts.iter().all(|&count| count > 100),
+            "{ticks} ticks, {contacts:?}, {grazes} grazes"
+        );
     }
 
     #[test]
