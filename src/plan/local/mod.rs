@@ -105,3 +105,95 @@ fn turn_on_the_spot(bearing: f64, robot: &Robot, dt_s: f64) -> f64 {
     let rate = math::min(robot.yaw_rate_max_radps, math::min(stoppable, bearing.abs() / dt_s));
     if bearing < 0.0 { -rate } else { rate }
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::map::{DistanceField, OccupancyGrid};
+    use crate::observation::{Belief, SensedObstacle};
+
+    /// A small closed loop: one robot, one map, movers at constant velocity, exact arcs, ten looks a tick.
+    pub(crate) struct Course {
+        pub(crate) robot: Robot,
+        pub(crate) grid: OccupancyGrid,
+        pub(crate) start: Pose,
+        pub(crate) movers: Vec<SensedObstacle>,
+        pub(crate) path: Path,
+    }
+
+    /// How a drive went.
+    #[derive(Debug, PartialEq)]
+    pub(crate) struct Drive {
+        /// Pose after each tick; the drive ends within 0.25 m of the end of the path.
+        pub(crate) poses: Vec<Pose>,
+        pub(crate) decisions: Vec<Decision>,
+        /// Least distance from the robot's edge to anything, m.
+        pub(crate) clearance_m: f64,
+        pub(crate) arrived: bool,
+    }
+
+    impl Course {
+        /// Open space of 40 m by 40 m, and the straight line to the goal as path.
+        pub(crate) fn open(start: Pose, goal: Vec2) -> Self {
+            let grid = OccupancyGrid::empty(40, 40, 1.0);
+            let path = Path::polyline(&[start.position, goal]);
+            Self { robot: Robot::default(), grid, start, movers: Vec::new(), path }
+        }
+
+        /// Drives for at most `ticks`, with a planner from `planner` for each tick.
+        pub(crate) fn drive(
+            &self,
+            ticks: u32,
+            mut planner: impl FnMut(&Observation<'_>, &Guidance<'_>) -> Decision,
+        ) -> Drive {
+            let belief = Belief::new(&self.grid, &DistanceField::new(&self.grid));
+            let (goal, dt_s) = (self.path.end(), 0.1);
+            let (mut pose, mut twist, mut movers, mut progress_m) = (self.start, Twist::ZERO, self.movers.clone(), 0.0);
+            let mut drive = Drive { poses: vec![], decisions: vec![], clearance_m: f64::INFINITY, arrived: false };
+            for tick in 0..ticks {
+                progress_m = math::max(progress_m, self.path.project(pose.position).0);
+                let robot = &self.robot;
+                let observation =
+                    Observation { tick, dt_s, pose, twist, belief: &belief, obstacles: &movers, goal, robot };
+                let guidance = Guidance {
+                    path: &self.path,
+                    progress_m,
+                    previous_node: self.path.start(),
+                    sub_goal: goal,
+                    is_last: true,
+                    path_revision: 0,
+                };
+                let decision = planner(&observation, &guidance);
+                let reached = self.robot.actuate(twist, decision.command, dt_s);
+                twist = reached;
+                for _ in 0..10 {
+                    pose = pose.advance(twist, 0.1 * dt_s);
+                    for mover in &mut movers {
+                        mover.position += mover.velocity * (0.1 * dt_s);
+                    }
+                    drive.clearance_m = math::min(drive.clearance_m, self.clearance_m(pose.position, &movers));
+                }
+                drive.poses.push(pose);
+                drive.decisions.push(decision);
+                if (pose.position - goal).norm() <= 0.25 {
+                    drive.arrived = true;
+                    break;
+                }
+            }
+            drive
+        }
+
+        pub(crate) fn clearance_m(&self, p: Vec2, movers: &[SensedObstacle]) -> f64 {
+            let extent = self.grid.extent_m();
+            let mut nearest = math::min(math::min(p.x, extent.x - p.x), math::min(p.y, extent.y - p.y));
+            for (index, _) in self.grid.occupied().iter().enumerate().filter(|&(_, &occupied)| occupied) {
+                nearest = math::min(nearest, self.grid.square(self.grid.cell(index)).signed_distance(p));
+            }
+            for mover in movers {
+                nearest = math::min(nearest, (p - mover.position).norm() - mover.radius_m);
+            }
+            nearest - self.robot.radius_m
+        }
+    }
+}

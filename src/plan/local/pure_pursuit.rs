@@ -118,7 +118,8 @@ fn curvature(pose: Pose, point: Vec2) -> f64 {
 /// Along the curvature, within the limits, able to stop in `left_m`.
 fn follow(curvature: f64, left_m: f64, twist: Twist, robot: &Robot, dt_s: f64) -> Twist {
     let deceleration = robot.deceleration_mps2;
-    // Driving v for this tick and a_dec·dt less in each that follows takes v²/2a + v·dt/2.
+    // Driving v for this tick and a_dec·dt less in each that follows takes v²/2a + v·dt/2, where v is a whole
+    // number of such steps, and at most a·dt²/8 more (under a millimetre) where it is not.
     let half_tick = 0.5 * dt_s;
     let stopping = deceleration * ((half_tick * half_tick + 2.0 * left_m / deceleration).sqrt() - half_tick);
     let bend = curvature.abs();
@@ -127,4 +128,114 @@ fn follow(curvature: f64, left_m: f64, twist: Twist, robot: &Robot, dt_s: f64) -
     // The yaw rate goes with the speed that the drive will reach, so that the curvature is kept while it changes.
     let v = robot.actuate(twist, Twist { v: wanted, omega: 0.0 }, dt_s).v;
     Twist { v, omega: math::clamp(curvature * v, -robot.yaw_rate_max_radps, robot.yaw_rate_max_radps) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Piece;
+    use crate::map::OccupancyGrid;
+    use crate::plan::local::tests::{Course, Drive};
+
+    fn drive(course: &Course, lookahead_m: f64) -> Drive {
+        let mut planner = Planner::new(&Params { lookahead_m: Positive::new(lookahead_m) });
+        course.drive(1000, |observation, guidance| planner.decide(observation, guidance))
+    }
+
+    fn close(a: Vec2, x: f64, y: f64) -> bool {
+        (a - Vec2::new(x, y)).norm() < 1e-9
+    }
+
+    #[test]
+    fn the_look_ahead_point_is_where_the_circle_meets_the_path() {
+        let path = Path::new(
+            Vec2::new(0.0, 0.0),
+            vec![
+                Piece::Line { to: Vec2::new(4.0, 0.0) },
+                Piece::Arc { to: Vec2::new(6.0, 2.0), centre: Vec2::new(4.0, 2.0), sweep: math::FRAC_PI_2 },
+            ],
+        );
+        // On the line: 3-4-5 triangle of 0.6, 0.8, 1.
+        let (point, left) = look_ahead(&path, 1.0, Vec2::new(1.0, 0.6), 1.0);
+        assert!(close(point, 1.8, 0.0) && (left - 3.0 - math::PI).abs() < 1e-12);
+        // On the arc: √2 · 2 from its beginning to its end, so 2 m away is at 60° of the circle.
+        let (point, _) = look_ahead(&path, 4.0, Vec2::new(4.0, 0.0), 2.0);
+        assert!(close(point, 4.0 + 2.0 * math::sin(math::PI / 3.0), 2.0 - 2.0 * math::cos(math::PI / 3.0)), "{point}");
+        // Nearer to the end than the look-ahead: the end. Farther off the path than it: the point of progress.
+        assert!(close(look_ahead(&path, 6.5, Vec2::new(6.0, 1.5), 1.0).0, 6.0, 2.0));
+        assert!(close(look_ahead(&path, 2.0, Vec2::new(2.0, 3.0), 1.0).0, 2.0, 0.0));
+    }
+
+    #[test]
+    fn the_circle_goes_through_the_point() {
+        // From the origin along +x to (1, 1): the unit circle about (0, 1).
+        assert!((curvature(Pose::new(0.0, 0.0, 0.0), Vec2::new(1.0, 1.0)) - 1.0).abs() < 1e-12);
+        assert!((curvature(Pose::new(0.0, 0.0, 0.0), Vec2::new(0.5, -0.5)) + 2.0).abs() < 1e-12);
+        assert_eq!(curvature(Pose::new(0.0, 0.0, 0.0), Vec2::new(0.0, 0.0)), 0.0);
+    }
+
+    #[test]
+    fn it_stays_on_a_path_with_corners_and_stops_at_its_end() {
+        let vertices = [(5.0, 5.0), (15.0, 5.0), (15.0, 12.0), (25.0, 20.0)].map(|(x, y)| Vec2::new(x, y));
+        let course = Course { path: Path::polyline(&vertices), ..Course::open(Pose::new(5.0, 5.0, 0.0), vertices[3]) };
+        let drive = drive(&course, 0.8);
+        assert!(drive.arrived);
+        let deviation = drive.poses.iter().map(|pose| course.path.project(pose.position).1).fold(0.0, math::max);
+        assert!(deviation < 0.8, "{deviation}");
+        // Within 0.25 m of the end: v ≤ √(2·0.5·0.25) = 0.5 and a tick more.
+        assert!(drive.decisions.last().unwrap().command.v < 0.56);
+        // 9.97 + 7 + 12.8 m at 1 m/s with two corners: not much longer than 30 s.
+        assert!(drive.poses.len() < 380, "{}", drive.poses.len());
+    }
+
+    #[test]
+    fn it_follows_an_arc_within_centimetres() {
+        let path = Path::new(
+            Vec2::new(10.0, 10.0),
+            vec![Piece::Arc { to: Vec2::new(10.0, 20.0), centre: Vec2::new(10.0, 15.0), sweep: math::PI }],
+        );
+        let course = Course { path, ..Course::open(Pose::new(10.0, 10.0, 0.0), Vec2::zeros()) };
+        let drive = drive(&course, 0.8);
+        assert!(drive.arrived);
+        assert!(drive.poses.iter().all(|pose| course.path.project(pose.position).1 < 0.03));
+    }
+
+    #[test]
+    fn it_turns_on_the_spot_for_a_path_that_begins_behind() {
+        let course = Course::open(Pose::new(20.0, 20.0, math::PI), Vec2::new(30.0, 20.0));
+        let drive = drive(&course, 0.8);
+        assert!(drive.arrived);
+        assert!(drive.poses[..10].iter().all(|pose| (pose.position - course.start.position).norm() < 1e-12));
+    }
+
+    #[test]
+    fn it_comes_to_rest_at_the_end_and_obeys_the_limits() {
+        let robot = Robot::default();
+        let (mut twist, mut left) = (Twist { v: 1.0, omega: 0.0 }, 5.0);
+        for _ in 0..300 {
+            let command = follow(0.0, left, twist, &robot, 0.1);
+            assert_eq!(robot.actuate(twist, command, 0.1), command);
+            twist = command;
+            left -= 0.1 * twist.v;
+            assert!(left > -0.001);
+        }
+        assert!(left.abs() < 0.01 && twist.v < 0.01, "{left} {twist:?}");
+        // Round a bend of 0.5 m radius the yaw rate of 1 rad/s allows 0.5 m/s.
+        let mut twist = Twist { v: 0.5, omega: 1.0 };
+        for _ in 0..20 {
+            twist = follow(2.0, 50.0, twist, &robot, 0.1);
+        }
+        assert!((twist.v - 0.5).abs() < 1e-12 && (twist.omega - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_path_of_one_point_is_no_panic() {
+        let here = Vec2::new(20.0, 20.0);
+        let course = Course {
+            path: Path::polyline(&[here]),
+            grid: OccupancyGrid::empty(40, 40, 1.0),
+            ..Course::open(Pose::new(21.0, 20.0, 0.0), here)
+        };
+        assert!(!drive(&course, 0.8).poses.is_empty());
+    }
 }

@@ -395,7 +395,7 @@ impl DynamicWindow {
             let mut free_steps = fate.free_steps;
             let (mut least, mut last) = ([f32::MAX; LANES], [f32::MAX; LANES]);
             for disc in &self.discs {
-                let passing = rollout::pass(block, &self.profile, &self.track[..fate.driven], disc);
+                let passing = rollout::pass(block, &self.track[..fate.driven], disc);
                 for lane in 0..LANES {
                     let (near, end) = (
                         positive_sqrt(passing.least[lane]) - disc.touch,

@@ -276,18 +276,15 @@ impl Build {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Rect;
     use crate::map::DistanceField;
     use crate::math;
     use crate::rng::{EpisodeSeed, Purpose, Stream};
 
     /// Distance to the nearest occupied square or to the border, by looking at every cell.
-    fn brute_force_m(grid: &OccupancyGrid, p: Vec2) -> f64 {
-        let extent = grid.extent_m();
-        let mut best = math::min(math::min(p.x, extent.x - p.x), math::min(p.y, extent.y - p.y));
-        for (index, _) in grid.occupied().iter().enumerate().filter(|&(_, &occupied)| occupied) {
-            best = math::min(best, grid.square(grid.cell(index)).signed_distance(p));
-        }
-        math::max(best, 0.0)
+    fn brute_force_m(squares: &[Rect], extent: Vec2, p: Vec2) -> f64 {
+        let edge = math::min(math::min(p.x, extent.x - p.x), math::min(p.y, extent.y - p.y));
+        math::max(squares.iter().map(|square| square.signed_distance(p)).fold(edge, math::min), 0.0)
     }
 
     fn random_grid(stream: &mut Stream, side: i32, resolution_m: f64, density: f64) -> Belief {
@@ -332,11 +329,14 @@ mod tests {
                 let pitch_m = pitch_m(belief.grid());
                 let cap = (cap_m / pitch_m * cap_m / pitch_m + 0.5) as f32;
                 let mut patch = Patch::default();
+                let grid = belief.grid();
+                let occupied = (0..grid.occupied().len()).filter(|&index| grid.occupied()[index]);
+                let squares: Vec<Rect> = occupied.map(|index| grid.square(grid.cell(index))).collect();
                 let extent = f64::from(side) * resolution_m;
                 for _ in 0..2000 {
                     let from = Vec2::new(stream.range(0.0, extent), stream.range(0.0, extent));
                     let p = from + Vec2::new(stream.range(-2.9, 2.9), stream.range(-2.9, 2.9));
-                    let truth = math::min(brute_force_m(belief.grid(), p), cap_m);
+                    let truth = math::min(brute_force_m(&squares, grid.extent_m(), p), cap_m);
                     let found = math::min(looked_up_m(&mut patch, &belief, from, p, cap), cap_m);
                     assert!(found <= truth + 2e-5 * pitch_m + 1e-6, "{p:?}: {found} instead of {truth}");
                     // Worst where obstacles on several sides are equally near, or next to a wall: ½ √2 h and √½ h.

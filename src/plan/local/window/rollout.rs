@@ -9,7 +9,7 @@
 //! distance to any obstacle and s the length of a step, D ≥ min(D₀, D₁) − s²/4 on the whole step (its
 //! two ends at D₀ and D₁): for one obstacle point by Pythagoras, for a set as the minimum over its points. For a
 //! moving disc the same holds with the length of the relative step. So s²/4 is taken off at every pose
-//! (5 mm at 1 m/s and 0.25 m), and nothing is driven through between two predicted poses. The pose the robot
+//! (5 mm at 1 m/s and 0.25 m; the longest step of the rollout stands for all), and nothing is driven through between two predicted poses. The pose the robot
 //! is at is not one of them: it is the same for all candidates, and one that leads away is not to blame for it.
 
 use super::patch::{Anchor, Patch};
@@ -62,6 +62,8 @@ pub(super) fn drive(block: &Block, speed: &[f32], touch: f32, patch: &Patch, at:
     let mut last = [f32::MAX; LANES];
     let mut free_steps = [0.0; LANES];
     let mut driven = 0;
+    let between = quarters(&block.step, 0.0);
+    let limit = between.map(|quarter| touch + quarter);
     for (position, &speed) in track.iter_mut().zip(speed) {
         for lane in 0..LANES {
             let step = block.step[lane] * speed;
@@ -76,16 +78,17 @@ pub(super) fn drive(block: &Block, speed: &[f32], touch: f32, patch: &Patch, at:
         last = patch.squared_distances(at, &x, &y);
         let mut free = 0.0;
         for lane in 0..LANES {
-            let half_step = 0.5 * block.step[lane] * speed;
-            last[lane] -= half_step * half_step;
             least[lane] = if last[lane] < least[lane] { last[lane] } else { least[lane] };
-            let alive = if least[lane] > touch { block.used[lane] } else { 0.0 };
+            let alive = if least[lane] > limit[lane] { block.used[lane] } else { 0.0 };
             free_steps[lane] += alive;
             free += alive;
         }
         if free == 0.0 {
             break;
         }
+    }
+    for lane in 0..LANES {
+        (least[lane], last[lane]) = (least[lane] - between[lane], last[lane] - between[lane]);
     }
     Fate { end: [x, y], least, last, free_steps, driven }
 }
@@ -112,25 +115,35 @@ pub(super) struct Passing {
     pub(super) free_steps: Lane,
 }
 
-/// Drives the positions of `track` past a disc that moves at constant velocity. Both may be cut short.
-pub(super) fn pass(block: &Block, speed: &[f32], track: &Track, disc: &Disc) -> Passing {
-    let mut least = [f32::MAX; LANES];
-    let mut last = [f32::MAX; LANES];
+/// Drives the positions of `track` past a disc that moves at constant velocity.
+pub(super) fn pass(block: &Block, track: &Track, disc: &Disc) -> Passing {
+    let (mut least, mut last) = ([f32::MAX; LANES], [f32::MAX; LANES]);
     let mut free_steps = [0.0; LANES];
+    // The relative step is at most as long as the two steps together.
     let disc_step = (disc.step[0] * disc.step[0] + disc.step[1] * disc.step[1]).sqrt();
-    let touch = disc.touch * disc.touch;
+    let between = quarters(&block.step, disc_step);
+    let limit = between.map(|quarter| disc.touch * disc.touch + quarter);
     let [mut disc_x, mut disc_y] = disc.position;
-    for ([x, y], &speed) in track.iter().zip(speed) {
+    for [x, y] in track {
         disc_x += disc.step[0];
         disc_y += disc.step[1];
         for lane in 0..LANES {
             let (dx, dy) = (x[lane] - disc_x, y[lane] - disc_y);
-            // At most the relative step: the two lengths added.
-            let half_step = 0.5 * ((block.step[lane] * speed).abs() + disc_step);
-            last[lane] = dx * dx + dy * dy - half_step * half_step;
+            last[lane] = dx * dx + dy * dy;
             least[lane] = if last[lane] < least[lane] { last[lane] } else { least[lane] };
-            free_steps[lane] += if least[lane] > touch { 1.0 } else { 0.0 };
+            free_steps[lane] += if least[lane] > limit[lane] { 1.0 } else { 0.0 };
         }
     }
+    for lane in 0..LANES {
+        (least[lane], last[lane]) = (least[lane] - between[lane], last[lane] - between[lane]);
+    }
     Passing { least, last, free_steps }
+}
+
+/// s²/4 of steps that are `longer` than those of the block.
+fn quarters(step: &Lane, longer: f32) -> Lane {
+    step.map(|step| {
+        let half = 0.5 * (step.abs() + longer);
+        half * half
+    })
 }
