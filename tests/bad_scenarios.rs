@@ -4,6 +4,8 @@
 //! someone who has never seen simrun know what to do? Comment lines `# --set a.b=x` at the top of a
 //! file are given as options.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot read its own files has failed")]
+
 use simrun::scenario::{Edit, load};
 use std::path::{Path, PathBuf};
 

@@ -5,13 +5,15 @@ use super::file::similar_files;
 use super::key_path::KeyPath;
 use super::{Scenario, Stacks};
 use crate::geometry::Vec2;
+use crate::map::MapError;
 use crate::map::connectivity::Components;
-use crate::map::{Cell, DistanceField, MapError, OccupancyGrid};
 use crate::math;
 use crate::plan::PlanningGrid;
 use crate::quantity::NonNegative;
 use crate::rng::EpisodeSeed;
-use crate::world::spec::{CellPlace, GoalSpec, StartSpec};
+use crate::robot::Robot;
+use crate::world::StaticMap;
+use crate::world::spec::SceneSpec;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
@@ -118,26 +120,27 @@ impl Scenario {
             Err(MapError::Infeasible { .. }) => return Ok(()),
             Err(error) => return Err(self.map_error(error)),
         };
-        let start = match &self.start {
-            StartSpec::Random(_) => None,
-            StartSpec::Position([x, y]) | StartSpec::Pose([x, y, _]) => Some(in_grid(&grid, [x.get(), y.get()])),
-            StartSpec::Cell(cell) => Some(centre_of(&grid, cell)),
-        };
-        let goal = match &self.goal {
-            GoalSpec::Random(_) => None,
-            GoalSpec::Position([x, y]) => Some(in_grid(&grid, [x.get(), y.get()])),
-            GoalSpec::Cell(cell) => Some(centre_of(&grid, cell)),
-        };
-        let radius = self.robot.radius_m.get();
+        let map = StaticMap::new(grid);
+        let robot = Robot::new(&self.robot, &self.limits);
+        let scene = SceneSpec { start: self.start.clone(), goal: self.goal.clone(), obstacles: self.obstacles.clone() };
+        let start = self.start.given(&map.grid).map(|(position, _)| position);
+        let goal = self.goal.given(&map.grid);
+        scene.check(&map, &robot).map_err(|error| {
+            let refused =
+                ScenarioError::new(format!("`{}`: {}", error.key, error.message)).key(KeyPath::parse(&error.key));
+            match (error.key.as_str(), start, goal) {
+                ("start", Some(place), _) | ("goal", _, Some(place)) => {
+                    nearest_fit(refused, &map, place, robot.radius_m)
+                }
+                (key, ..) if key.ends_with(".position") || key.ends_with(".pose") => {
+                    refused.help("move it to free floor")
+                }
+                _ => refused,
+            }
+        })?;
         let tolerance = self.termination.goal_tolerance_m.get();
-        if let Some(start) = start {
-            fits(&grid, "start", start, radius, 0.0)?;
-        }
-        if let Some(goal) = goal {
-            fits(&grid, "goal", goal, radius, tolerance)?;
-        }
         let (Some(start), Some(goal)) = (start, goal) else { return Ok(()) };
-        let distance = (goal - start).norm();
+        let distance = rounded((goal - start).norm());
         if distance <= tolerance {
             return Err(ScenarioError::new("the robot starts at its goal")
                 .key_labelled(KeyPath::parse("goal"), format!("{distance} m from `start`"))
@@ -145,15 +148,15 @@ impl Scenario {
                 .note(format!("`termination.goal_tolerance_m` is {tolerance}: nearer than that has arrived"))
                 .help("move them apart"));
         }
-        self.way(&grid, start, goal)
+        self.check_way(&map, start, goal)
     }
 
     /// Checks that the planning grid has a way from the start to the goal.
-    fn way(&self, grid: &OccupancyGrid, start: Vec2, goal: Vec2) -> Result<(), ScenarioError> {
-        let field = DistanceField::new(grid);
+    fn check_way(&self, map: &StaticMap, start: Vec2, goal: Vec2) -> Result<(), ScenarioError> {
+        let grid = &map.grid;
         let (start, goal) = (grid.cell_at(start), grid.cell_at(goal));
         let is_way = |inflation_m: f64| {
-            let mut planning = PlanningGrid::new(grid, &field, inflation_m);
+            let mut planning = PlanningGrid::new(grid, &map.field, inflation_m);
             planning.open_around(grid, start);
             planning.open_around(grid, goal);
             let passable: Vec<bool> =
@@ -193,7 +196,11 @@ impl Scenario {
                         .at(Some(file.display().to_string()), &text, span_at(&text, line, column))
                 }
                 MapError::Read { source } => {
-                    let mut refused = ScenarioError::new(format!("cannot read the map {}: {source}", file.display()))
+                    let title = match source.kind() {
+                        std::io::ErrorKind::NotFound => format!("there is no map file {}", file.display()),
+                        _ => format!("cannot read the map file {}: {source}", file.display()),
+                    };
+                    let mut refused = ScenarioError::new(title)
                         .key(map.key("file"))
                         .label("this file")
                         .note("the path is relative to the folder of the scenario file");
@@ -214,84 +221,30 @@ impl Scenario {
     }
 }
 
-/// A point of the world frame in the grid frame.
-fn in_grid(grid: &OccupancyGrid, [x, y]: [f64; 2]) -> Vec2 {
-    grid.frame().point_to_grid(Vec2::new(x, y))
-}
-
-/// The centre of a cell that may lie outside.
-fn centre_of(grid: &OccupancyGrid, cell: &CellPlace) -> Vec2 {
-    let [col, row] = cell.0.map(|number| number.get() as i32);
-    grid.centre(Cell { col, row })
-}
-
-/// Refuses a place (grid frame) outside the map, in an occupied cell, or nearer to one (or to the
-/// map's edge) than the robot's radius less `slack_m`.
-fn fits(grid: &OccupancyGrid, what: &str, p: Vec2, radius_m: f64, slack_m: f64) -> Result<(), ScenarioError> {
-    let cell = grid.cell_at(p);
-    let clearance = clearance_m(grid, p, radius_m);
-    let error = if !grid.contains(cell) {
-        ScenarioError::new(format!("the {what} lies outside the map")).label("outside")
-    } else if !grid.is_free(cell) {
-        ScenarioError::new(format!("the {what} lies in a wall"))
-            .label(format!("cell [{}, {}] is occupied", cell.col, cell.row))
-    } else if clearance + slack_m < radius_m - 1e-9 {
-        ScenarioError::new(format!("the robot does not fit at the {what}"))
-            .label(format!("{clearance:.3} m from the nearest wall"))
-            .note(format!("`robot.radius_m` is {radius_m}"))
-    } else {
-        return Ok(());
-    };
-    let error = error.key(KeyPath::parse(what)).note(extent(grid));
-    Err(match nearest_fitting(grid, p, radius_m) {
-        Some(fit) => {
-            let at = grid.frame().point_to_world(fit);
-            error.help(format!("the nearest cell where it fits is at [{}, {}]", rounded(at.x), rounded(at.y)))
-        }
-        None => {
-            error.help("the robot fits nowhere on this map: is `robot.radius_m` or the map's `resolution_m` right?")
-        }
-    })
-}
-
-/// Distance from `p` inside the map to the nearest occupied square or to the edge, m, if below `cap_m`.
-fn clearance_m(grid: &OccupancyGrid, p: Vec2, cap_m: f64) -> f64 {
-    let extent = grid.extent_m();
-    let edge = [p.x, p.y, extent.x - p.x, extent.y - p.y].into_iter().fold(cap_m, math::min);
-    let reach = Vec2::new(cap_m, cap_m);
-    let (low, high) = (grid.cell_at(p - reach), grid.cell_at(p + reach));
-    let mut nearest = edge;
-    for row in low.row.max(0)..=high.row.min(grid.rows() - 1) {
-        for col in low.col.max(0)..=high.col.min(grid.cols() - 1) {
-            let cell = Cell { col, row };
-            if !grid.is_free(cell) {
-                nearest = math::min(nearest, grid.square(cell).signed_distance(p));
-            }
-        }
-    }
-    nearest
-}
-
-/// The cell centre nearest to `p` where a disc fits; the first in row-major order of equals.
-fn nearest_fitting(grid: &OccupancyGrid, p: Vec2, radius_m: f64) -> Option<Vec2> {
-    let field = DistanceField::new(grid);
-    let fitting = (0..grid.occupied().len()).map(|i| grid.cell(i)).filter(|&cell| field.distance_m(cell) >= radius_m);
-    let centres = fitting.map(|cell| grid.centre(cell));
-    centres.min_by(|a, b| (a - p).norm_squared().total_cmp(&(b - p).norm_squared()))
-}
-
-/// Where the map lies, in words.
-fn extent(grid: &OccupancyGrid) -> String {
-    let corner = grid.frame().origin;
-    let heading = if corner.theta == 0.0 { String::new() } else { format!(", turned by {} rad", corner.theta) };
-    format!(
-        "the map has {} × {} cells of {} m, its lower left corner at [{}, {}]{heading}",
+/// Adds where the map lies, and the cell centre nearest to `p` where a disc fits (of equals, the first row by row).
+fn nearest_fit(error: ScenarioError, map: &StaticMap, p: Vec2, radius_m: f64) -> ScenarioError {
+    let grid = &map.grid;
+    let origin = grid.frame().origin;
+    let turned = if origin.theta == 0.0 { String::new() } else { format!(", turned by {} rad", origin.theta) };
+    let error = error.note(format!(
+        "the map has {} × {} cells of {} m, its lower left corner at [{}, {}]{turned}",
         grid.cols(),
         grid.rows(),
         grid.resolution_m(),
-        corner.position.x,
-        corner.position.y
-    )
+        origin.position.x,
+        origin.position.y
+    ));
+    let cells = (0..grid.occupied().len()).map(|index| grid.cell(index));
+    let fitting = cells.filter(|&cell| map.field.distance_m(cell) >= radius_m).map(|cell| grid.centre(cell));
+    match fitting.min_by(|a, b| (a - p).norm_squared().total_cmp(&(b - p).norm_squared())) {
+        Some(fit) => {
+            let at = grid.frame().point_to_world(fit);
+            error.help(format!("the nearest cell where the robot fits is at [{}, {}]", rounded(at.x), rounded(at.y)))
+        }
+        None => {
+            error.help("the robot fits nowhere on this map: are `robot.radius_m` and the map's `resolution_m` right?")
+        }
+    }
 }
 
 /// A length for people, to the millimetre.

@@ -6,16 +6,19 @@
 //! `dwa: {horizon_s: 2}`).
 
 use super::error::ScenarioError;
-use super::explain;
 use super::key_path::KeyPath;
 use super::schema::Place;
+use super::{explain, shape};
 use crate::choice::nearest;
 use serde_yaml::{Mapping, Value};
 
 /// A value to put at a place of the scenario's tree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edit {
+    /// What messages show.
     origin: String,
+    /// Where in `origin` the path begins.
+    path_start: usize,
     path: String,
     value: Value,
 }
@@ -26,27 +29,28 @@ impl Edit {
     /// # Errors
     /// Where there is no `=` or no path before it, or the value is not YAML.
     pub fn parse(argument: &str) -> Result<Self, ScenarioError> {
-        let origin = format!("--set {argument}");
+        let before = "--set ";
+        let origin = format!("{before}{argument}");
         let refuse = |title: &str| {
             ScenarioError::new(title)
-                .at(None, &origin, 6..origin.len())
+                .at(None, &origin, before.len()..origin.len())
                 .help("for example `--set limits.speed_max_mps=0.8`")
         };
         let (path, value) = match argument.split_once('=') {
-            Some((path, value)) if !path.is_empty() && path.split('.').all(|part| !part.is_empty()) => (path, value),
+            Some((path, value)) if path.split('.').all(|part| !part.is_empty()) => (path, value),
             Some(_) => return Err(refuse("`--set` needs a path of keys joined by dots before the `=`")),
             None => return Err(refuse("`--set` needs `path.to.key=value`")),
         };
-        super::shape::check("", &format!("value: {value}"))
-            .ok()
-            .and_then(|()| serde_yaml::from_str(value).ok())
-            .map(|value| Self::new(&origin, path, value))
-            .ok_or_else(|| refuse("the value after `=` is not YAML that a scenario may hold"))
+        shape::check("", &format!("value: {value}"))
+            .map_err(|error| error.title().replace("`value`", "the value"))
+            .and_then(|()| serde_yaml::from_str(value).map_err(|error| error.to_string()))
+            .map(|tree| Self::new(before, path, &format!("={value}"), tree))
+            .map_err(|message| refuse(&message))
     }
 
-    /// An edit that came from elsewhere; `origin` is what messages show, and holds `path`.
-    pub fn new(origin: &str, path: &str, value: Value) -> Self {
-        Self { origin: origin.to_owned(), path: path.to_owned(), value }
+    /// An edit that came from elsewhere; messages show `before`, `path` and `after` side by side.
+    pub fn new(before: &str, path: &str, after: &str, value: Value) -> Self {
+        Self { origin: format!("{before}{path}{after}"), path_start: before.len(), path: path.to_owned(), value }
     }
 
     /// Makes the edit, and says where in the tree it landed.
@@ -62,15 +66,16 @@ impl Edit {
 
     /// Shows an error at this edit; `part` is the number of the path's part at fault, none for the value.
     pub(super) fn blame(&self, error: ScenarioError, part: Option<usize>) -> ScenarioError {
-        let path_start = self.origin.find(&self.path).unwrap_or(0);
-        let value_start = self.origin[path_start..].find('=').map_or(path_start, |equals| path_start + equals + 1);
         let span = match part {
             Some(part) => {
                 let before: usize = self.path.split('.').take(part).map(|part| part.len() + 1).sum();
-                let length = self.path.split('.').nth(part).map_or(0, str::len);
-                path_start + before..path_start + before + length
+                let start = self.path_start + before;
+                start..start + self.path.split('.').nth(part).map_or(0, str::len)
             }
-            None => value_start..self.origin.len(),
+            None => {
+                let path_end = self.path_start + self.path.len();
+                path_end + usize::from(self.origin[path_end..].starts_with('='))..self.origin.len()
+            }
         };
         error.at(None, &self.origin, span)
     }
@@ -191,5 +196,118 @@ fn name_of(item: &Value) -> Option<&str> {
             None => None,
         },
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::{Scenario, ScenarioFile};
+
+    const BASE: &str = "
+map: {random: {cols: 30, rows: 30, obstacles: 100}}
+obstacles:
+  moving: [random: {count: 3}, fixed: {position: [1, 2]}]
+stacks:
+  global: [a_star, theta_star: {}]
+  local: [dwa, pure_pursuit]
+";
+
+    fn read(text: &str, sets: &[&str]) -> Scenario {
+        let edits: Vec<Edit> = sets.iter().map(|set| Edit::parse(set).unwrap()).collect();
+        ScenarioFile::from_text("base.yaml", text).read(&edits).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// Two texts must give the same scenario: `BASE` with edits, and `BASE` with the text replaced.
+    fn same(sets: &[&str], from: &str, to: &str) {
+        assert!(BASE.contains(from), "{from}");
+        assert_eq!(read(BASE, sets), read(&BASE.replacen(from, to, 1), &[]), "{sets:?}");
+    }
+
+    #[test]
+    fn an_edit_gives_what_the_file_would_with_the_value_written_in() {
+        same(&["map.random.cols=40"], "cols: 30", "cols: 40");
+        same(&["seed=7"], "\nmap", "\nseed: 7\nmap");
+        same(&["limits.speed_max_mps=0.5"], "\nmap", "\nlimits: {speed_max_mps: 0.5}\nmap");
+        same(&["start=[1, 2]"], "\nmap", "\nstart: [1, 2]\nmap");
+        same(&["map.random.map_seed=3"], "obstacles: 100", "obstacles: 100, map_seed: 3");
+        same(
+            &["map={empty: {cols: 5, rows: 5}}"],
+            "{random: {cols: 30, rows: 30, obstacles: 100}}",
+            "{empty: {cols: 5, rows: 5}}",
+        );
+        same(&["stacks.global=[dijkstra]"], "[a_star, theta_star: {}]", "[dijkstra]");
+        same(
+            &["stacks.path=[[], [line_of_sight]]"],
+            "[dwa, pure_pursuit]",
+            "[dwa, pure_pursuit]\n  path: [[], [line_of_sight]]",
+        );
+        same(&["stacks.replan=when_blocked"], "[dwa, pure_pursuit]", "[dwa, pure_pursuit]\n  replan: when_blocked");
+        same(
+            &["stacks.replan.every.period_s=2"],
+            "[dwa, pure_pursuit]",
+            "[dwa, pure_pursuit]\n  replan: {every: {period_s: 2}}",
+        );
+        same(&["description='a: b'"], "\nmap", "\ndescription: 'a: b'\nmap");
+    }
+
+    #[test]
+    fn a_planner_written_without_parameters_takes_them() {
+        let to = "dwa, pure_pursuit: {lookahead_m: 0.7}]";
+        same(&["stacks.local.pure_pursuit.lookahead_m=0.7"], "dwa, pure_pursuit]", to);
+        same(&["stacks.local.1.pure_pursuit.lookahead_m=0.7"], "dwa, pure_pursuit]", to);
+        same(&["stacks.local.pure_pursuit={lookahead_m: 0.7}"], "dwa, pure_pursuit]", to);
+        same(&["stacks.local.1={pure_pursuit: {lookahead_m: 0.7}}"], "dwa, pure_pursuit]", to);
+    }
+
+    #[test]
+    fn items_are_found_by_index_and_by_name() {
+        same(&["obstacles.moving.random.count=9"], "count: 3", "count: 9");
+        same(&["obstacles.moving.0.random.count=9"], "count: 3", "count: 9");
+        same(&["obstacles.moving.fixed.position.1=5"], "[1, 2]", "[1, 5]");
+        let listed = "map: {empty: {cols: 5, rows: 5}}\nstacks:\n- {name: slow, global: a_star, local: pure_pursuit}";
+        let by_name = read(listed, &["stacks.slow.local.pure_pursuit.lookahead_m=0.7"]);
+        assert_eq!(by_name, read(listed, &["stacks.0.local.pure_pursuit.lookahead_m=0.7"]));
+        assert_eq!(by_name, read(&listed.replace("pure_pursuit}", "{pure_pursuit: {lookahead_m: 0.7}}}"), &[]));
+    }
+
+    #[test]
+    fn later_edits_see_the_earlier_ones() {
+        same(
+            &["stacks.local=[pure_pursuit]", "stacks.local.pure_pursuit.lookahead_m=0.7"],
+            "dwa, pure_pursuit",
+            "pure_pursuit: {lookahead_m: 0.7}",
+        );
+        same(&["seed=7", "seed=8"], "\nmap", "\nseed: 8\nmap");
+    }
+
+    #[test]
+    fn an_edit_may_mend_a_file_and_a_fault_elsewhere_is_shown_in_the_file() {
+        let broken = BASE.replace("cols: 30", "cols: 0");
+        assert_eq!(read(&broken, &["map.random.cols=30"]), read(BASE, &[]));
+        let edits = [Edit::parse("seed=7").unwrap()];
+        let error = ScenarioFile::from_text("base.yaml", broken).read(&edits).unwrap_err().to_string();
+        assert!(error.contains("base.yaml:2:22") && error.contains("`map.random.cols`"), "{error}");
+    }
+
+    #[test]
+    fn what_cannot_be_edited_is_refused_at_its_part_of_the_path() {
+        for (set, underlined, message) in [
+            ("stacks.local.dwa.no_such=1", "no_such", "unknown key `no_such` in `stacks.local[0].dwa`"),
+            ("seed.low=1", "low", "has no key `low`"),
+            ("stacks.local.5=dwa", "5", "`stacks.local` has 2 items"),
+            ("stacks.local.dwa.dwa=1", "dwa", "unknown key `dwa`"),
+            ("e=1", "e", "unknown key `e`"),
+            ("seed=.nan", "seed=.nan", "not a finite number"),
+            ("seed=[1", "seed=[1", "not YAML"),
+            ("=1", "=1", "needs a path"),
+            ("a..b=1", "a..b=1", "needs a path"),
+        ] {
+            let edit = Edit::parse(set);
+            let error =
+                edit.and_then(|edit| ScenarioFile::from_text("b.yaml", BASE).read(&[edit])).unwrap_err().to_string();
+            let carets = error.lines().find(|line| line.contains('^')).unwrap().matches('^').count();
+            assert!(error.contains(message) && carets == underlined.len(), "{set}:\n{error}");
+        }
     }
 }

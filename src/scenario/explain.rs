@@ -20,50 +20,43 @@ pub(super) fn typed(error: &serde_yaml::Error, schema: &Json, file: &str, text: 
 
 /// An error of the first look at the text: syntax, nesting, keys written twice, tags, numbers.
 pub(super) fn shape(error: &serde_yaml::Error, file: &str, text: &str) -> ScenarioError {
-    let Fault { path, message, span, .. } = Fault::new(error, text);
-    let line = span.as_ref().map_or("", |span| {
-        let start = text[..span.start].rfind('\n').map_or(0, |end| end + 1);
-        text[start..].lines().next().unwrap_or("")
-    });
-    let indentation = &line[..line.len() - line.trim_start().len()];
-    let (span, refused) = if let Some(tab) = indentation.find('\t') {
-        let start = span.map_or(0, |span| text[..span.start].rfind('\n').map_or(0, |end| end + 1));
-        let refused = ScenarioError::new("a tab in the indentation")
+    let Fault { path, message, mut span, .. } = Fault::new(error, text);
+    let at = span.as_ref().map_or(0, |span| span.start);
+    let line_start = text[..at].rfind('\n').map_or(0, |end| end + 1);
+    let indentation = text[line_start..].find(|c| c != ' ').unwrap_or(0);
+    let refused = if text[line_start + indentation..].starts_with('\t') {
+        span = Some(line_start + indentation..line_start + indentation + 1);
+        ScenarioError::new("a tab in the indentation")
             .label("this is a tab")
-            .help("YAML is indented with spaces: replace each tab by two of them");
-        (Some(start + tab..start + tab + 1), refused)
+            .help("YAML is indented with spaces: replace each tab by two of them")
     } else if let Some(repeated) = message.strip_suffix(" is written twice") {
-        let refused = ScenarioError::new(format!("{repeated} is written twice{}", inside(&path)))
+        ScenarioError::new(format!("{repeated} is written twice{}", inside(&path)))
             .label("the second time")
-            .help("keep one of the two");
-        (span, refused)
+            .help("keep one of the two")
     } else if message.starts_with("scenarios use no YAML tags") {
-        let refused = ScenarioError::new(message.clone())
+        ScenarioError::new(message)
             .label("starts with `!`")
-            .help("write a choice with parameters as `name: {parameters}`");
-        (span, refused)
+            .help("write a choice with parameters as `name: {parameters}`")
     } else if message.starts_with("lists and keys are nested") || message == "recursion limit exceeded" {
-        let refused = ScenarioError::new(message.clone())
+        ScenarioError::new(message)
             .label("too deep")
-            .help("no scenario needs that: is a bracket or a quote left open before it?");
-        (span, refused)
+            .help("no scenario needs that: is a bracket or a quote left open before it?")
     } else if message == "repetition limit exceeded" {
-        let refused = ScenarioError::new("aliases (`*name`) blow the scenario up to an unreasonable size")
-            .help("write the values out, or leave out aliases of aliases");
-        (span, refused)
+        ScenarioError::new("aliases (`*name`) blow the scenario up to an unreasonable size")
+            .help("write the values out, or leave out aliases of aliases")
     } else if message.contains("more than one document") {
-        let refused = ScenarioError::new("the file holds more than one YAML document")
-            .help("keep one scenario per file: remove the `---` between them");
-        (span, refused)
-    } else if message.contains("finite") {
-        let refused = ScenarioError::new(format!("{} is not a finite number", home(&path)))
+        ScenarioError::new("the file holds more than one YAML document")
+            .help("keep one scenario per file: remove the `---` between them")
+    } else if message == super::shape::NOT_FINITE {
+        ScenarioError::new(format!("{} is not a finite number", home(&path)))
             .label("expected a finite number")
-            .help("write the number out; for a key with a default, leaving it out also helps");
-        (span, refused)
+            .help("write the number that you mean, such as 1.5")
     } else if message.starts_with("the number") {
-        (span, ScenarioError::new(format!("`{path}`: {message}")).label("expected a finite number"))
+        ScenarioError::new(format!("{}: {message}", home(&path)))
+            .label("too large")
+            .help("no whole number in a scenario is larger than 18446744073709551615")
     } else {
-        (span.clone(), syntax(&message, &text[..span.map_or(0, |span| span.start)]))
+        syntax(&message, &text[..at])
     };
     match span {
         Some(span) => refused.at(Some(file.to_owned()), text, span),
@@ -97,7 +90,7 @@ fn syntax(message: &str, before: &str) -> ScenarioError {
     if context.is_empty() { error } else { error.note(format!("while {context}")) }
 }
 
-/// ` in `path``, or nothing at the top.
+/// The words that say in which block something is; none at the top.
 fn inside(path: &KeyPath) -> String {
     if path.is_top() { String::new() } else { format!(" in `{path}`") }
 }
@@ -152,7 +145,7 @@ impl<'a> Fault<'a> {
         }
         if let Some((name, rest)) = quoted_after(&message, "unknown variant ") {
             let known: Vec<&str> = rest.split('`').skip(1).step_by(2).collect();
-            return self.unknown_name("name", name, &known, schema);
+            return self.unknown_name(&format!("value of {}:", home(&self.path)), name, &known, schema);
         }
         if let Some((what, rest)) = message.strip_prefix("unknown ").and_then(|rest| rest.split_once(" `"))
             && let Some((name, rest)) = rest.split_once('`')
@@ -170,7 +163,7 @@ impl<'a> Fault<'a> {
         for kind in ["invalid type: ", "invalid value: ", "invalid length "] {
             if let Some((found, expected)) = message.strip_prefix(kind).and_then(|rest| rest.split_once(", expected "))
             {
-                let found = if kind == "invalid length " { format!("{found} items") } else { plain_found(found) };
+                let found = if kind == "invalid length " { format!("a list of {found}") } else { plain_found(found) };
                 return self.wrong_value(&plain_expected(expected), &found, schema);
             }
         }
@@ -182,6 +175,13 @@ impl<'a> Fault<'a> {
     }
 
     fn missing_key(&mut self, key: &str, schema: &Json) -> ScenarioError {
+        let place = Place::at(schema, &self.path);
+        let word = self.span.clone().map_or("", |span| &self.text[span]);
+        let is_parameter = place.as_ref().is_some_and(|place| place.key(key).is_none());
+        if is_parameter && place.and_then(|place| place.key(word)?.key(key)).is_some() {
+            // A choice written by its name alone: the reader knows the place of the name only.
+            self.path = std::mem::take(&mut self.path).key(word);
+        }
         let mut error = ScenarioError::new(format!("`{key}` is missing{}", inside(&self.path)));
         if self.path.is_top() {
             self.span = None;
@@ -190,6 +190,8 @@ impl<'a> Fault<'a> {
                 "stacks" => "say what to drive with, for example `stacks: {global: [a_star], local: [dwa]}`",
                 _ => "add it",
             });
+        } else if is_parameter {
+            error = error.label(format!("expected `{word}: {{{key}: …}}`"));
         } else {
             error = error.label(format!("expected `{key}: …` in here"));
         }
@@ -318,7 +320,9 @@ fn quoted_after<'m>(message: &'m str, start: &str) -> Option<(&'m str, &'m str)>
 /// What serde says it found, in our words.
 fn plain_found(found: &str) -> String {
     if let Some(text) = found.strip_prefix("string ") {
-        return format!("the text `{}`", text.trim_matches('"'));
+        let text = text.trim_matches('"');
+        let short: String = text.chars().take(40).collect();
+        return format!("the text `{short}{}`", if short.len() < text.len() { "…" } else { "" });
     }
     match found {
         "sequence" => "a list".to_owned(),

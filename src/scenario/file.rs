@@ -34,10 +34,13 @@ impl ScenarioFile {
         let path = path.into();
         let shown = path.display().to_string();
         let unreadable = |error: std::io::Error| {
-            let refused = ScenarioError::new(format!("cannot read the scenario: {error}")).in_file(&shown);
+            if error.kind() != std::io::ErrorKind::NotFound {
+                return ScenarioError::new(format!("cannot read the scenario: {error}")).in_file(&shown);
+            }
+            let refused = ScenarioError::new("there is no such scenario file").in_file(&shown);
             match similar_files(&path) {
-                Some(files) if error.kind() == std::io::ErrorKind::NotFound => refused.help(files),
-                _ => refused,
+                Some(files) => refused.help(files),
+                None => refused,
             }
         };
         let file = std::fs::File::open(&path).map_err(unreadable)?;
@@ -81,16 +84,16 @@ impl ScenarioFile {
         let schema = Scenario::schema();
         let typed = |text: &str| serde_yaml::from_str::<Scenario>(text);
         let mut scenario = if edits.is_empty() {
-            typed(&self.text).map_err(|error| explain::typed(&error, &schema, &file, &self.text))?
+            typed(&self.text).map_err(|error| explain::typed(&error, schema, &file, &self.text))?
         } else {
-            let (tree, landed) = self.edited(edits, &schema)?;
+            let (tree, landed) = self.edited(edits, schema)?;
             // Through a text and not straight from the tree, whose reader tells no key paths.
             let text = serde_yaml::to_string(&tree).expect("a tree read from YAML can be written as YAML");
             typed(&text).map_err(|error| {
-                let (refused, _) = Fault::new(&error, &text).explain(&schema);
+                let (refused, _) = Fault::new(&error, &text).explain(schema);
                 match (edit_of(&refused, &landed), typed(&self.text)) {
                     (Some((edit, _)), _) => edits[edit].blame(refused, None),
-                    (None, Err(original)) => explain::typed(&original, &schema, &file, &self.text),
+                    (None, Err(original)) => explain::typed(&original, schema, &file, &self.text),
                     // The fault is in none of the edited values: the last edit made it one.
                     (None, Ok(_)) => edits[edits.len() - 1].blame(refused, None),
                 }
@@ -126,7 +129,7 @@ impl ScenarioFile {
 
     /// Shows an error where its keys stand: at the last edit of one of them, else in the file.
     fn place(&self, error: ScenarioError, edits: &[Edit]) -> ScenarioError {
-        let landed = self.edited(edits, &Scenario::schema()).map(|(_, landed)| landed).unwrap_or_default();
+        let landed = self.edited(edits, Scenario::schema()).map(|(_, landed)| landed).unwrap_or_default();
         if let Some((edit, key)) = edit_of(&error, &landed) {
             return edits[edit].blame(error.showing(key), None);
         }
@@ -171,4 +174,76 @@ pub(super) fn similar_files(path: &Path) -> Option<String> {
     names.sort_by(|a, b| b.0.cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
     let names: Vec<String> = names.into_iter().take(3).map(|(_, name)| format!("`{name}`")).collect();
     (!names.is_empty()).then(|| format!("did you mean {}?", names.join(" or ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "map: {empty: {cols: 20, rows: 10}}\nstacks: {global: [a_star], local: [dwa]}\n";
+
+    fn refusal(bytes: &[u8]) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("warehouse.yaml");
+        std::fs::write(&path, bytes).unwrap();
+        load(path, &[]).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_file_that_is_not_there_is_named_with_those_like_it() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("warehouse.yaml"), GOOD).unwrap();
+        let error = load(folder.path().join("warehose.yaml"), &[]).unwrap_err().to_string();
+        assert!(error.contains("warehose.yaml") && error.contains("did you mean `warehouse.yaml`?"), "{error}");
+    }
+
+    #[test]
+    fn the_name_is_the_files_unless_given() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("narrow-door_2.yaml");
+        std::fs::write(&path, GOOD).unwrap();
+        assert_eq!(load(&path, &[]).unwrap().name.as_str(), "narrow-door_2");
+        std::fs::write(&path, format!("name: other\n{GOOD}")).unwrap();
+        assert_eq!(load(&path, &[]).unwrap().name.as_str(), "other");
+    }
+
+    #[test]
+    fn other_line_ends_and_a_byte_order_mark_change_nothing() {
+        let plain = ScenarioFile::from_text("a.yaml", GOOD).read(&[]).unwrap();
+        for text in [GOOD.replace('\n', "\r\n"), format!("\u{feff}{GOOD}"), format!("---\n{GOOD}...\n")] {
+            assert_eq!(ScenarioFile::from_text("a.yaml", text).read(&[]).unwrap(), plain);
+        }
+        let error = ScenarioFile::from_text("a.yaml", "map: {empty: {cols: 2}}\r\nstacks: {globl: []}\r\n");
+        assert!(error.read(&[]).unwrap_err().to_string().contains("a.yaml:1:"), "positions survive");
+    }
+
+    #[test]
+    fn what_is_no_text_or_too_large_is_refused() {
+        assert!(refusal(b"map: \xff\xfe").contains("line 1 holds bytes that are not UTF-8"));
+        assert!(refusal(&vec![b'#'; shape::SIZE_MAX_BYTES + 1]).contains("larger than 1024 KiB"));
+        assert!(refusal(b"map: \0").contains("not YAML"));
+    }
+
+    #[test]
+    fn hostile_texts_are_refused_and_do_not_stall_the_reader() {
+        let size = shape::SIZE_MAX_BYTES;
+        let anchors = "x: &x [a, a, a, a, a, a, a, a, a, a]\n";
+        for text in [
+            "[".repeat(size),
+            "{".repeat(size),
+            "[\"]\", ".repeat(size / 6),
+            "- ".repeat(size / 2),
+            "? ".repeat(size / 2),
+            "a: {".repeat(size / 4),
+            "&a ".repeat(size / 3),
+            "!".repeat(size),
+            "'".repeat(size),
+            format!("{anchors}y: [{}]", "*x, ".repeat(size / 5)),
+            "a:\n ".repeat(size / 4),
+            (0..600).map(|depth| format!("{}a:\n", " ".repeat(depth))).collect(),
+        ] {
+            let refused = ScenarioFile::from_text("hostile.yaml", text).read(&[]);
+            assert!(refused.is_err());
+        }
+    }
 }

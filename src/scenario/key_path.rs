@@ -255,6 +255,6 @@ mod tests {
         assert_eq!(shown(text, "limits.reverse.x"), "limits");
         assert_eq!(shown(text, "stacks.local[7]"), "local");
         assert_eq!(locate(text, &KeyPath::parse("goal")), None);
-        assert_eq!(locate("a: [", &KeyPath::parse("a")), None);
+        assert_eq!(locate("a", &KeyPath::parse("a")), None);
     }
 }

@@ -6,7 +6,15 @@
 //! [`Scenario::check`] (what the map says: start inside a wall, no way to the goal).
 //!
 //! ```
-//! let text = "map: {ascii: {rows: ['....', '....']}}\nstacks: {global: [a_star], local: [dwa]}";
+//! use simrun::scenario::ScenarioFile;
+//!
+//! let text = "map: {empty: {cols: 20, rows: 10}}\nstacks: {global: [a_star], local: [dwa]}";
+//! let scenario = ScenarioFile::from_text("corridor.yaml", text).read(&[])?;
+//! assert_eq!(scenario.stacks()[0].name, "a_star+dwa");
+//!
+//! let error = ScenarioFile::from_text("corridor.yaml", text.replace("rows", "rwos")).read(&[]).unwrap_err();
+//! assert!(error.to_string().contains("did you mean `rows`?"));
+//! # Ok::<(), simrun::scenario::ScenarioError>(())
 //! ```
 
 mod check;
@@ -36,6 +44,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::fmt;
+use std::sync::LazyLock;
 
 /// Everything that a scenario file says, with every default filled in.
 ///
@@ -44,7 +53,7 @@ use std::fmt;
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
     /// Name of the scenario and of its folder of results; by default the file's name without `.yaml`.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Name::is_empty")]
     pub name: Name,
     /// What the scenario shows, in words.
     #[serde(default)]
@@ -108,8 +117,9 @@ impl Scenario {
     }
 
     /// The JSON Schema of scenario files, for editors.
-    pub fn schema() -> serde_json::Value {
-        schemars::schema_for!(Scenario).to_value()
+    pub fn schema() -> &'static serde_json::Value {
+        static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(|| schemars::schema_for!(Scenario).to_value());
+        &SCHEMA
     }
 }
 
@@ -120,6 +130,11 @@ impl Scenario {
 pub struct Name(String);
 
 impl Name {
+    /// Whether it is the name of a scenario that was not given one.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// The name as a text.
     pub fn as_str(&self) -> &str {
         &self.0
@@ -175,5 +190,125 @@ impl JsonSchema for Name {
     }
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({"type": "string", "pattern": "^[A-Za-z0-9_+-]{1,100}$"})
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{EpisodeSeed, Purpose};
+
+    fn read(text: &str) -> Scenario {
+        ScenarioFile::from_text("scenario.yaml", text).read(&[]).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    const SMALL: &str = "map: {empty: {cols: 20, rows: 10}}\nstacks: {global: [a_star], local: [dwa]}";
+
+    const FULL: &str = r#"
+name: everything
+description: |
+  Every key, with "quotes", a colon: and
+  - two lines.
+seed: 18446744073709551615
+episodes: 100
+map: {ascii: {rows: [".....", ".#.#.", "....."], resolution_m: 0.5, origin: [-1e-3, 2, 0.1]}}
+start: {cell: [0, 0]}
+goal: [1.9e0, 3]
+obstacles:
+  unknown_static:
+    - fixed: {pose: [1, 2, 0.5], shape: {disc: {radius_m: 0.4}}}
+    - random: {count: 4, placement: {near_route: {distance_max_m: 2}}}
+  moving:
+    - random
+    - fixed: {position: [3, 4], speed_mps: 1, heading_rad: -1.5, on_static: stop, on_robot: yield}
+sensing: {range_m: 4}
+robot: {radius_m: 0.2, wheel_speed_max_mps: 1.25}
+limits: {reverse_speed_max_mps: 0.1, deceleration_max_mps2: 1}
+planning: {inflation_m: 0}
+termination: {timeout_s: 300}
+metrics: {near_miss_m: 0.1}
+stacks:
+  - {global: a_star, path: [line_of_sight], local: {pure_pursuit: {lookahead_m: 0.7}}}
+  - {name: alone, global: none, local: dwa, replan: {every: {period_s: 2}}}
+"#;
+
+    #[test]
+    fn the_resolved_form_reads_back_to_an_equal_scenario() {
+        for text in [SMALL, FULL] {
+            let scenario = read(text);
+            let resolved = scenario.to_yaml();
+            assert_eq!(read(&resolved), scenario, "{resolved}");
+            assert_eq!(read(&resolved).to_yaml(), resolved);
+        }
+    }
+
+    #[test]
+    fn the_resolved_form_holds_every_key_of_the_schema_at_the_top() {
+        let resolved: serde_yaml::Mapping = serde_yaml::from_str(&read(SMALL).to_yaml()).unwrap();
+        let schema = Scenario::schema();
+        let mut keys: Vec<&str> = schema["properties"].as_object().unwrap().keys().map(String::as_str).collect();
+        let mut written: Vec<&str> = resolved.keys().map(|key| key.as_str().unwrap()).collect();
+        (keys.sort_unstable(), written.sort_unstable());
+        assert_eq!(written, keys);
+    }
+
+    #[test]
+    fn no_slip_of_the_pen_makes_the_reader_or_its_messages_panic() {
+        let pieces = [
+            "\t", "  ", "\n", ":", ": ", "- ", "[", "]", "{", "}", "\"", "'", "#", "é", "!", "&a ", "*a", "|", "~",
+            "9", ".nan",
+        ];
+        let mut draws = EpisodeSeed { seed: 1, episode: 0 }.stream(Purpose::Map, 0);
+        let (mut read, mut refused) = (0, 0);
+        for _ in 0..1000 {
+            let mut text: Vec<char> = FULL.chars().collect();
+            for _ in 0..=draws.index(3) {
+                let at = draws.index(text.len());
+                match draws.index(3) {
+                    0 => drop(text.drain(at..(at + 1 + draws.index(6)).min(text.len()))),
+                    1 => text.swap(at, draws.index(FULL.len() / 2)),
+                    _ => drop(text.splice(at..at, pieces[draws.index(pieces.len())].chars())),
+                }
+            }
+            let text: String = text.into_iter().collect();
+            let edits = [Edit::parse("limits.speed_max_mps=0.9").unwrap()];
+            for edits in [&edits[..], &[]] {
+                match ScenarioFile::from_text("slip.yaml", text.clone()).read(edits) {
+                    Ok(_) => read += 1,
+                    Err(error) => refused += usize::from(error.to_string().starts_with("error: ")),
+                }
+            }
+        }
+        assert!(read + refused == 2000 && read > 20 && refused > 1000, "{read} {refused}");
+    }
+
+    #[test]
+    fn only_map_and_stacks_are_required() {
+        assert_eq!(Scenario::schema()["required"], serde_json::json!(["map", "stacks"]));
+        let scenario = read(SMALL);
+        assert_eq!((scenario.seed, scenario.episodes.get(), scenario.name.as_str()), (1, 1, "scenario"));
+        assert_eq!((&scenario.limits, &scenario.robot), (&Limits::default(), &RobotSpec::default()));
+    }
+
+    #[test]
+    fn the_smallest_scenario_that_messages_show_is_one() {
+        let text = shape::SMALLEST.split_once('\n').unwrap().1;
+        read(text);
+    }
+
+    #[test]
+    fn every_key_says_what_it_means() {
+        fn visit(place: &schema::Place<'_>, path: &KeyPath) {
+            for key in place.keys() {
+                let (inner, at) = (place.key(key).unwrap(), path.clone().key(key));
+                let is_name_of_choice = place.is_choice(key);
+                assert!(is_name_of_choice || inner.meaning().is_some(), "`{at}` has no documentation");
+                visit(&inner, &at);
+            }
+            if let Some(items) = place.items() {
+                visit(&items, path);
+            }
+        }
+        visit(&schema::Place::top(Scenario::schema()), &KeyPath::default());
     }
 }

@@ -17,6 +17,9 @@ const DEPTH_MAX: usize = 32;
 /// many stand open (a second for 10⁵), and this bounds that without parsing quotes and comments.
 const BRACKETS_MAX: usize = 20_000;
 
+/// What the walk says of `.nan` and `.inf`.
+pub(super) const NOT_FINITE: &str = "not a finite number";
+
 /// Refuses what is too large or not well-formed.
 pub(super) fn check(file: &str, text: &str) -> Result<(), ScenarioError> {
     if text.len() > SIZE_MAX_BYTES {
@@ -88,7 +91,7 @@ impl<'de> Visitor<'de> for Walk {
         Err(E::custom(format!("the number {value} is too large")))
     }
     fn visit_f64<E: Error>(self, value: f64) -> Result<(), E> {
-        if value.is_finite() { Ok(()) } else { Err(E::custom("expected a finite number, found no finite one")) }
+        if value.is_finite() { Ok(()) } else { Err(E::custom(NOT_FINITE)) }
     }
     fn visit_str<E: Error>(self, _: &str) -> Result<(), E> {
         Ok(())

@@ -180,3 +180,59 @@ impl JsonSchema for Global {
         json_schema!({"anyOf": [generator.subschema_for::<GlobalChoice>(), {"const": Self::NONE}]})
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(text: &str) -> Vec<String> {
+        serde_yaml::from_str::<Stacks>(text).unwrap().specs().into_iter().map(|spec| spec.name).collect()
+    }
+
+    #[test]
+    fn a_product_is_every_combination_the_last_changing_fastest() {
+        let text = "{global: [a_star, none], path: [[], [line_of_sight]], local: [dwa, pure_pursuit]}";
+        let expected = [
+            "a_star+dwa",
+            "a_star+pure_pursuit",
+            "a_star+line_of_sight+dwa",
+            "a_star+line_of_sight+pure_pursuit",
+            "none+dwa",
+            "none+pure_pursuit",
+            "none+line_of_sight+dwa",
+            "none+line_of_sight+pure_pursuit",
+        ];
+        assert_eq!(names(text), expected);
+    }
+
+    #[test]
+    fn every_spelling_of_a_choice_is_the_same_choice() {
+        let plain: Stacks = serde_yaml::from_str("{global: [a_star], local: [dwa]}").unwrap();
+        for text in [
+            "{global: [a_star: {}], local: [dwa: {}], path: [[]], replan: never}",
+            "{global: [{a_star: {}}], local: [{dwa: {}}], replan: {never: {}}}",
+            "global:\n- a_star:\nlocal:\n- dwa:\nreplan:\n  never:\n",
+            "{global: ['a_star'], local: [\"dwa\"]}",
+            "global:\n  - a_star: ~\nlocal:\n  - dwa: {}\n",
+        ] {
+            assert_eq!(serde_yaml::from_str::<Stacks>(text).unwrap(), plain, "{text}");
+        }
+    }
+
+    #[test]
+    fn listed_stacks_keep_their_order_and_their_own_names() {
+        let text = "
+- {global: dijkstra, local: dwa}
+- name: alone
+  global: none
+  local: {pure_pursuit: {lookahead_m: 1.5}}
+  replan: {every: {period_s: 2}}
+- {global: a_star, path: [line_of_sight], local: dwa, replan: when_stuck}
+";
+        assert_eq!(names(text), ["dijkstra+dwa", "alone", "a_star+line_of_sight+dwa"]);
+        let specs = serde_yaml::from_str::<Stacks>(text).unwrap().specs();
+        assert_eq!(specs[1].global, None);
+        assert_eq!((specs[1].replan.name(), specs[2].replan.name()), ("every", "when_stuck"));
+        assert_eq!(specs[0].replan, Replan::default());
+    }
+}

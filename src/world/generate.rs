@@ -193,7 +193,7 @@ fn centre(cell: CellPlace, grid: &OccupancyGrid) -> Vec2 {
 
 impl StartSpec {
     /// The given position (grid frame) and heading; `None` where the start is random.
-    fn given(&self, grid: &OccupancyGrid) -> Option<(Vec2, Option<f64>)> {
+    pub fn given(&self, grid: &OccupancyGrid) -> Option<(Vec2, Option<f64>)> {
         match *self {
             Self::Random(_) => None,
             Self::Position(position) => Some((point(position, grid), None)),
@@ -208,7 +208,7 @@ impl StartSpec {
 
 impl GoalSpec {
     /// The given position (grid frame); `None` where the goal is random.
-    fn given(&self, grid: &OccupancyGrid) -> Option<Vec2> {
+    pub fn given(&self, grid: &OccupancyGrid) -> Option<Vec2> {
         match *self {
             Self::Random(_) => None,
             Self::Position(position) => Some(point(position, grid)),
