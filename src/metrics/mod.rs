@@ -120,7 +120,7 @@ pub struct Episode<'a> {
     pub shortest_m: Option<f64>,
 }
 
-/// Rounding, and the depth of contacts that the world lets pass, that a drive may undercut its lower bound by, m.
+/// Rounding by which a drive may undercut its lower bound, m.
 const BOUND_SLACK_M: f64 = 1e-6;
 
 /// All measured columns of one episode. Every number is finite and canonical.
