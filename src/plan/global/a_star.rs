@@ -57,9 +57,10 @@ impl GlobalPlanner for Planner {
     }
 }
 
-struct CostPlusEstimate<'a> {
-    problem: &'a Problem<'a>,
-    params: &'a Params,
+/// A* as a rule of the search core, for one problem.
+pub(super) struct CostPlusEstimate<'a> {
+    pub problem: &'a Problem<'a>,
+    pub params: &'a Params,
 }
 
 impl Rule for CostPlusEstimate<'_> {

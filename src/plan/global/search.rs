@@ -28,6 +28,8 @@
 mod cost;
 mod moves;
 mod open;
+#[cfg(test)]
+mod tests;
 
 pub use cost::Heuristic;
 pub(super) use cost::{Cost, Steps};
