@@ -46,7 +46,7 @@ pub struct PlanningGrid {
     resolution_m: f64,
     /// Padded, row-major, `(cols + 2) * (rows + 2)`.
     cells: Vec<u8>,
-    /// Cells that are being opened; kept for its memory.
+    /// The last escape zone opened; empty where there is none. Kept for its memory.
     zone: Vec<u32>,
 }
 
@@ -72,6 +72,7 @@ impl PlanningGrid {
         self.cols = grid.cols();
         self.rows = grid.rows();
         self.resolution_m = grid.resolution_m();
+        self.zone.clear();
         self.cells.clear();
         self.cells.resize(self.stride() * (self.rows as usize + 2), BLOCKED);
         let stride = self.stride();
@@ -298,6 +299,11 @@ impl PlanningGrid {
 
     fn contains(&self, cell: Cell) -> bool {
         cell.col >= 0 && cell.col < self.cols && cell.row >= 0 && cell.row < self.rows
+    }
+
+    /// Whether any cell belongs to an escape zone.
+    pub(super) fn has_escape_zone(&self) -> bool {
+        !self.zone.is_empty()
     }
 
     /// Cells from one row of the padded array to the next.

@@ -71,7 +71,7 @@ impl Rule for CostPlusEstimate<'_> {
     }
 
     fn moves(&self, from: &Visit<Steps>) -> Moves {
-        Moves::allowed(self.problem.grid, from.index, self.params.corner_rule)
+        Moves::worthwhile(self.problem.grid, from.index, self.params.corner_rule, from.arrived_by)
     }
 
     fn priority(&self, arrival: Arrival<Steps>) -> f64 {

@@ -187,6 +187,48 @@ fn consistent_heuristics_expand_no_node_twice_and_manhattan_does() {
 }
 
 #[test]
+fn leaving_out_detours_changes_nothing_but_the_time() {
+    /// A* that tries all allowed moves.
+    struct Thorough<'a>(a_star::CostPlusEstimate<'a>);
+    impl Rule for Thorough<'_> {
+        type Cost = Steps;
+        fn reopens(&self) -> bool {
+            self.0.reopens()
+        }
+        fn moves(&self, from: &Visit<Steps>) -> Moves {
+            Moves::allowed(self.0.problem.grid, from.index, self.0.params.corner_rule)
+        }
+        fn priority(&self, arrival: Arrival<Steps>) -> f64 {
+            self.0.priority(arrival)
+        }
+    }
+    let mut stream = stream(26);
+    let mut fewer = 0;
+    for _ in 0..3000 {
+        let (grid, start, goal) = random_problem(&mut stream);
+        for corner_rule in CORNER_RULES {
+            for heuristic in [Heuristic::Octile, Heuristic::Euclidean, Heuristic::Chebyshev, Heuristic::Manhattan] {
+                let (problem, params) =
+                    (Problem { grid: &grid, start, goal }, a_star::Params { heuristic, corner_rule });
+                let rule = || a_star::CostPlusEstimate { problem: &problem, params: &params };
+                let (mut path, mut thorough_path) = (Vec::new(), Vec::new());
+                let search = Workspace::default().search(&rule(), &problem, &mut path);
+                let thorough = Workspace::default().search(&Thorough(rule()), &problem, &mut thorough_path);
+                assert_eq!((search, &path), (thorough, &thorough_path), "{heuristic:?} {corner_rule:?}");
+                if search.result.is_ok() && path.len() > 2 {
+                    let at = grid.index(path[1]);
+                    let all = Moves::allowed(&grid, at, corner_rule).count();
+                    let arrived_by =
+                        Moves::allowed(&grid, grid.index(start), corner_rule).find(|step| step.from(start) == path[1]);
+                    fewer += u32::from(Moves::worthwhile(&grid, at, corner_rule, arrived_by).count() < all);
+                }
+            }
+        }
+    }
+    assert!(fewer > 1000, "moves are left out: {fewer}");
+}
+
+#[test]
 fn mirrored_and_reversed_problems_cost_the_same() {
     let mut stream = stream(23);
     for _ in 0..1500 {
