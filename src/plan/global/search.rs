@@ -18,7 +18,7 @@
 //! closed nodes are final; an equal cost never replaces a connection. The goal that ends a search is
 //! not expanded, and an entry made worthless by a cheaper one is neither expanded nor counted.
 //!
-//! **Memory.** One record of 16 bytes per padded cell, and a heap. Nothing is cleared between
+//! **Memory.** One record of 16 bytes per padded cell, and the open list. Nothing is cleared between
 //! searches: a record is valid if it bears the stamp of the current search. Both grow to the
 //! largest map met and are kept.
 //!
