@@ -75,6 +75,16 @@ macro_rules! choice {
             }
         }
 
+        impl $Name {
+            /// JSON Schema of the parameters of the choice called `name`: keys, meanings, defaults, ranges.
+            pub fn params_schema(name: &str) -> Option<schemars::Schema> {
+                match name {
+                    $(stringify!($module) => Some(schemars::schema_for!($module::Params)),)+
+                    _ => None,
+                }
+            }
+        }
+
         impl<'de> serde::Deserialize<'de> for $Name {
             fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
                 struct Reader;

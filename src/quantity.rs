@@ -178,6 +178,8 @@ whole_quantities! {
     Count(u32): 1 to 1_000_000_000;
     /// A count that may be 0, at most 10⁹.
     CountOrZero(u32): 0 to 1_000_000_000;
+    /// Samples along one axis, both ends included: 2 to 1000.
+    Samples(u32): 2 to 1000;
     /// Cells along one side of a map: 1 to 16384.
     Cells(u32): 1 to 16_384;
 }

@@ -34,6 +34,8 @@ pub enum Purpose {
     Actuation = 9,
     /// A planner's own randomness.
     Planner = 10,
+    /// Resampling when results are analysed (the bootstrap).
+    Resampling = 11,
 }
 
 /// Words of the stream that one tick may draw from ([`Stream::at_tick`]).

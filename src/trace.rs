@@ -1,7 +1,11 @@
 //! What happened in an episode, tick by tick: the input of every metric, picture and trace file.
 
-use crate::geometry::{Path, Pose, Twist, Vec2};
+use crate::geometry::{Path, Piece, Pose, Twist, Vec2};
+use crate::map::Frame;
+use crate::math;
 use crate::plan::local::Mode;
+use std::fmt::{self, Write as _};
+use std::io;
 
 /// The state at the end of one tick (row 0: before the first). Positions are in the grid frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,4 +92,336 @@ impl Trace {
     pub fn movers_at(&self, row: usize) -> &[MoverState] {
         &self.movers[row * self.mover_count..(row + 1) * self.mover_count]
     }
+}
+
+/// Time of `tick`, s: `tick · dt_s` to the nanosecond, so that three ticks of 0.1 s are 0.3 and not 0.30000000000000004.
+pub fn time_s(tick: u32, dt_s: f64) -> f64 {
+    (f64::from(tick) * dt_s * 1e9).round() / 1e9
+}
+
+/// A digest of what happened: every tick, mover and path, to the last bit; not how the episode was judged.
+///
+/// Equal traces have equal digests in every build. That two different ones agree by chance has a
+/// probability of about 2⁻⁶⁴; it is no defence against someone who looks for such a pair.
+///
+/// # Panics
+/// If the trace holds a number that is not finite.
+pub fn digest(trace: &Trace) -> u64 {
+    let mut digest = Digest::default();
+    digest.count(trace.ticks.len());
+    for tick in &trace.ticks {
+        digest.tick(tick);
+    }
+    digest.count(trace.mover_count);
+    for &MoverState { position, velocity } in &trace.movers {
+        digest.point(position);
+        digest.point(velocity);
+    }
+    digest.count(trace.paths.len());
+    for PlannedPath { tick, path } in &trace.paths {
+        digest.word(u64::from(*tick));
+        digest.path(path);
+    }
+    digest.0
+}
+
+/// A running digest: each word is mixed in by the finaliser of SplitMix64 (G. Steele, D. Lea, C. Flood, Fast
+/// splittable pseudorandom number generators, OOPSLA 2014), a bijection in which every bit moves every other.
+/// Its order matters, and whatever has no fixed size is preceded by its count.
+#[derive(Default)]
+struct Digest(u64);
+
+impl Digest {
+    fn word(&mut self, word: u64) {
+        let mut z = (self.0 ^ word).wrapping_add(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        self.0 = z ^ (z >> 31);
+    }
+
+    fn count(&mut self, count: usize) {
+        self.word(count as u64);
+    }
+
+    fn real(&mut self, x: f64) {
+        self.word(math::canonical(x).to_bits());
+    }
+
+    fn text(&mut self, text: &str) {
+        self.count(text.len());
+        text.bytes().for_each(|byte| self.word(u64::from(byte)));
+    }
+
+    fn point(&mut self, p: Vec2) {
+        self.real(p.x);
+        self.real(p.y);
+    }
+
+    fn pose(&mut self, pose: Pose) {
+        self.point(pose.position);
+        self.real(pose.theta);
+    }
+
+    fn twist(&mut self, twist: Twist) {
+        self.real(twist.v);
+        self.real(twist.omega);
+    }
+
+    fn tick(&mut self, tick: &Tick) {
+        // Taken apart without `..`, so that a new field cannot be forgotten here.
+        let &Tick {
+            tick,
+            pose,
+            believed,
+            twist,
+            command,
+            mode,
+            sub_goal,
+            clearance_m,
+            clearance_low_m,
+            path_deviation_m,
+            sensed_movers,
+            seen_statics,
+        } = tick;
+        self.word(u64::from(tick));
+        self.pose(pose);
+        self.pose(believed);
+        self.twist(twist);
+        self.twist(command);
+        self.text(mode.name());
+        self.point(sub_goal);
+        self.real(clearance_m);
+        self.real(clearance_low_m);
+        self.word(u64::from(path_deviation_m.is_some()));
+        self.real(path_deviation_m.unwrap_or_default());
+        self.word(u64::from(sensed_movers));
+        self.word(u64::from(seen_statics));
+    }
+
+    fn path(&mut self, path: &Path) {
+        self.point(path.start());
+        self.count(path.pieces().len());
+        for piece in path.pieces() {
+            match *piece {
+                Piece::Line { to } => {
+                    self.word(0);
+                    self.point(to);
+                }
+                Piece::Arc { to, centre, sweep } => {
+                    self.word(1);
+                    self.point(to);
+                    self.point(centre);
+                    self.real(sweep);
+                }
+            }
+        }
+    }
+}
+
+/// The columns of a trace file before those of the movers.
+const COLUMNS: [&str; 19] = [
+    "tick",
+    "time_s",
+    "x_m",
+    "y_m",
+    "theta_rad",
+    "believed_x_m",
+    "believed_y_m",
+    "believed_theta_rad",
+    "v_mps",
+    "omega_radps",
+    "command_v_mps",
+    "command_omega_radps",
+    "mode",
+    "sub_goal_x_m",
+    "sub_goal_y_m",
+    "clearance_m",
+    "sensed_movers",
+    "seen_statics",
+    "path_deviation_m",
+];
+
+/// Writes a trace as CSV: a header, then one row per row of [`Trace::ticks`], lines ended by `\n`.
+///
+/// Columns are `tick`, `time_s`, the true and the believed pose, the true twist and the commanded one, `mode`,
+/// the sub-goal, `clearance_m`, `sensed_movers`, `seen_statics`, `path_deviation_m`, then `mover{i}_x_m` and `mover{i}_y_m` for each
+/// mover in the scene's order. Poses and points are in the world frame, into which `frame` takes them. Numbers print as
+/// the shortest text that reads back the same; what is undefined is empty.
+///
+/// # Errors
+/// What `out` says.
+///
+/// # Panics
+/// If the trace holds a number that is not finite.
+pub fn write_csv(trace: &Trace, frame: &Frame, dt_s: f64, out: &mut impl io::Write) -> io::Result<()> {
+    let movers = (0..trace.mover_count).flat_map(|i| [format!("mover{i}_x_m"), format!("mover{i}_y_m")]);
+    let mut record = Record { writer: csv::Writer::from_writer(out), text: String::new() };
+    record.writer.write_record(COLUMNS.map(str::to_owned).into_iter().chain(movers))?;
+    for (row, tick) in trace.ticks.iter().enumerate() {
+        record.field(tick.tick)?;
+        record.real(time_s(tick.tick, dt_s))?;
+        for pose in [tick.pose, tick.believed].map(|pose| frame.to_world(pose)) {
+            record.point(pose.position)?;
+            record.real(pose.theta)?;
+        }
+        for twist in [tick.twist, tick.command] {
+            record.real(twist.v)?;
+            record.real(twist.omega)?;
+        }
+        record.field(tick.mode.name())?;
+        record.point(frame.point_to_world(tick.sub_goal))?;
+        record.real(tick.clearance_m)?;
+        record.field(tick.sensed_movers)?;
+        record.field(tick.seen_statics)?;
+        match tick.path_deviation_m {
+            Some(deviation_m) => record.real(deviation_m)?,
+            None => record.field("")?,
+        }
+        for mover in trace.movers_at(row) {
+            record.point(frame.point_to_world(mover.position))?;
+        }
+        record.writer.write_record(None::<&[u8]>)?;
+    }
+    record.writer.flush()
+}
+
+/// Writes the fields of a CSV row one after another.
+struct Record<W: io::Write> {
+    writer: csv::Writer<W>,
+    /// The field being written; kept for its memory.
+    text: String,
+}
+
+impl<W: io::Write> Record<W> {
+    fn field(&mut self, value: impl fmt::Display) -> csv::Result<()> {
+        self.text.clear();
+        write!(self.text, "{value}").expect("writing to a string cannot fail");
+        self.writer.write_field(&self.text)
+    }
+
+    fn real(&mut self, x: f64) -> csv::Result<()> {
+        self.field(math::canonical(x))
+    }
+
+    fn point(&mut self, p: Vec2) -> csv::Result<()> {
+        self.real(p.x)?;
+        self.real(p.y)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trace() -> Trace {
+        let tick = Tick {
+            tick: 0,
+            pose: Pose::new(1.0, 2.0, 0.5),
+            believed: Pose::new(1.125, 2.0, 0.5),
+            twist: Twist::ZERO,
+            command: Twist { v: 0.1, omega: -0.25 },
+            mode: Mode::Track,
+            sub_goal: Vec2::new(4.0, 2.0),
+            clearance_m: 0.75,
+            clearance_low_m: 0.7,
+            path_deviation_m: None,
+            sensed_movers: 1,
+            seen_statics: 0,
+        };
+        let next = Tick { tick: 3, path_deviation_m: Some(1e-7), mode: Mode::Recover, ..tick };
+        let mover = |x: f64| MoverState { position: Vec2::new(x, 5.0), velocity: Vec2::new(1.0, 0.0) };
+        let arc = Piece::Arc { to: Vec2::new(2.0, 3.0), centre: Vec2::new(1.0, 3.0), sweep: math::FRAC_PI_2 };
+        let path = Path::new(Vec2::new(1.0, 2.0), vec![arc, Piece::Line { to: Vec2::new(2.0, 9.0) }]);
+        Trace {
+            ticks: vec![tick, next],
+            movers: vec![mover(0.0), mover(7.0), mover(0.1), mover(7.1)],
+            mover_count: 2,
+            paths: vec![PlannedPath { tick: 0, path }],
+            ..Trace::default()
+        }
+    }
+
+    #[test]
+    fn every_field_moves_the_digest() {
+        let base = digest(&trace());
+        type Change = (&'static str, fn(&mut Trace));
+        let changes: [Change; 19] = [
+            ("row", |t| t.ticks.truncate(1)),
+            ("tick", |t| t.ticks[1].tick = 2),
+            ("pose", |t| t.ticks[1].pose.position.x = 1.0f64.next_up()),
+            ("heading", |t| t.ticks[0].pose.theta = 0.5f64.next_down()),
+            ("believed", |t| t.ticks[0].believed.position.y = 2.5),
+            ("twist", |t| t.ticks[1].twist.omega = 1e-300),
+            ("command", |t| t.ticks[1].command.v = 0.2),
+            ("mode", |t| t.ticks[1].mode = Mode::Track),
+            ("sub-goal", |t| t.ticks[0].sub_goal = Vec2::new(2.0, 4.0)),
+            ("clearance", |t| t.ticks[0].clearance_m = 0.5),
+            ("clearance_low", |t| t.ticks[0].clearance_low_m = 0.5),
+            ("deviation", |t| t.ticks[0].path_deviation_m = Some(0.0)),
+            ("sensed", |t| t.ticks[0].sensed_movers = 0),
+            ("seen", |t| t.ticks[0].seen_statics = 1),
+            ("mover", |t| t.movers[3].position.y = 4.0),
+            ("velocity", |t| t.movers[2].velocity.y = 1.0),
+            ("order of movers", |t| t.movers.swap(0, 1)),
+            ("path tick", |t| t.paths[0].tick = 1),
+            ("path", |t| t.paths[0].path = Path::polyline(&[Vec2::new(1.0, 2.0), Vec2::new(2.0, 9.0)])),
+        ];
+        let mut seen = vec![base];
+        for (what, change) in changes {
+            let mut changed = trace();
+            change(&mut changed);
+            let digest = digest(&changed);
+            assert!(!seen.contains(&digest), "{what} does not show in the digest");
+            seen.push(digest);
+        }
+    }
+
+    #[test]
+    fn the_digest_is_fixed_and_blind_to_the_sign_of_zero() {
+        // Written down once; a build that disagrees is not comparable with the others.
+        assert_eq!(digest(&trace()), DIGEST);
+        assert_eq!(digest(&Trace::default()), EMPTY);
+        let mut signed = trace();
+        signed.ticks[0].twist.v = -0.0;
+        signed.expanded = 99; // how hard the planner worked is not what happened
+        assert_eq!(digest(&signed), DIGEST);
+    }
+
+    #[test]
+    fn csv_is_in_the_world_frame_with_empty_undefined_fields() {
+        let mut bytes = Vec::new();
+        let frame = Frame { origin: Pose::new(10.0, -3.0, 0.0) };
+        write_csv(&trace(), &frame, 0.1, &mut bytes).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(
+            lines[0],
+            "tick,time_s,x_m,y_m,theta_rad,believed_x_m,believed_y_m,believed_theta_rad,v_mps,omega_radps,command_v_mps,\
+             command_omega_radps,mode,sub_goal_x_m,sub_goal_y_m,clearance_m,sensed_movers,seen_statics,path_deviation_m,\
+             mover0_x_m,mover0_y_m,mover1_x_m,mover1_y_m"
+        );
+        assert_eq!(lines[1], "0,0,11,-1,0.5,11.125,-1,0.5,0,0,0.1,-0.25,track,14,-1,0.75,1,0,,10,2,17,2");
+        assert_eq!(
+            lines[2],
+            "3,0.3,11,-1,0.5,11.125,-1,0.5,0,0,0.1,-0.25,recover,14,-1,0.75,1,0,0.0000001,10.1,2,17.1,2"
+        );
+        assert_eq!(lines.len(), 3);
+
+        let mut bytes = Vec::new();
+        let turned = Frame { origin: Pose::new(0.0, 0.0, math::FRAC_PI_2) };
+        write_csv(&trace(), &turned, 0.1, &mut bytes).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let field = |index: usize| text.lines().nth(1).unwrap().split(',').nth(index).unwrap().parse::<f64>().unwrap();
+        // (1, 2, 0.5) a quarter turn on: (−2, 1, 0.5 + π/2).
+        assert!((field(2) + 2.0).abs() < 1e-12 && (field(3) - 1.0).abs() < 1e-12);
+        assert!((field(4) - 0.5 - math::FRAC_PI_2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn times_are_decimal() {
+        assert_eq!([3, 7, 12_345].map(|tick| time_s(tick, 0.1).to_string()), ["0.3", "0.7", "1234.5"]);
+    }
+
+    const DIGEST: u64 = 0x4bb7_1ccc_4b8f_97aa;
+    const EMPTY: u64 = 0x2382_75bc_38fc_be91; // three counts of 0, computed apart
 }

@@ -27,10 +27,11 @@
 //!    Linear Time*, ISMM 2000). For edges i < j, the left one is at most the right one where
 //!
 //!    ```text
-//!    (2c+1−2i)² + E(i) ≤ (2c+1−2j)² + E(j)   ⇔   c ≤ ( 4(j−i)(i+j−1) + E(j) − E(i) ) / 8(j−i)
+//!    (2c+1−2i)² + E(i) ≤ (2c+1−2j)² + E(j)   ⇔   2c ≤ i + j − 1 + (E(j) − E(i)) / 4(j−i)
 //!    ```
 //!
-//!    and the floor of that quotient is the last column that the left one owns.
+//!    so that ⌊(i + j − 1 + ⌊(E(j) − E(i)) / 4(j−i)⌋) / 2⌋ is the last column that the left one owns.
+//!    At [`SIDE_MAX`] cells a side no value exceeds 2³⁰ + 2²⁸, and 32 bits hold them all.
 
 use super::{Cell, OccupancyGrid, SIDE_MAX};
 
@@ -59,11 +60,11 @@ const fn f(offset: u32) -> u32 {
 #[derive(Clone, Copy, Debug)]
 struct Arch {
     /// The edge at its lowest point.
-    edge: i64,
+    edge: i32,
     /// Its value there.
-    weight: i64,
+    weight: i32,
     /// The first column that it owns.
-    from: i64,
+    from: i32,
 }
 
 impl DistanceField {
@@ -250,17 +251,17 @@ impl Envelope {
 
     /// Turns the rows to the nearest occupied cell of the own column into squared distances.
     fn apply(&mut self, row: &mut [u32]) {
-        let cols = row.len() as i64;
+        let cols = row.len() as i32;
         self.arches.clear();
         let mut left = 0; // G of the column left of the edge; the border's is 0
         for edge in 0..=cols {
             let right = row.get(edge as usize).map_or(0, |&away| f(away));
-            let weight = i64::from(left.min(right));
+            let weight = left.min(right) as i32;
             left = right;
             let mut from = 0;
             while let Some(top) = self.arches.last() {
                 let gap = edge - top.edge;
-                let owned = (4 * gap * (top.edge + edge - 1) + weight - top.weight).div_euclid(8 * gap);
+                let owned = (top.edge + edge - 1 + (weight - top.weight).div_euclid(4 * gap)).div_euclid(2);
                 if owned >= top.from {
                     from = owned + 1;
                     break;

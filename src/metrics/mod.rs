@@ -1,21 +1,42 @@
 //! Metrics: pure functions of a scene and the trace of an episode in it.
+//!
+//! [`measure`] fills every measured column of `episodes.csv`. Each metric is a small function beside the
+//! others of its kind, and its documentation holds formula, unit, the better direction, source, and
+//! what a failed episode gives: [`drive`] of the driven trajectory, [`encounter`] of meetings with
+//! obstacles, [`planned`] of the first planned path, [`shortest`] of the world alone.
+//!
+//! Undefined is `None`, an empty field; never NaN. Nothing here depends on how the episode was run, so
+//! metrics may be taken of traces from anywhere.
+
+pub mod drive;
+pub mod encounter;
+pub mod planned;
+pub mod shortest;
+
+pub use shortest::{any_angle_m, shortest_m};
+
+use crate::geometry::Path;
+use crate::math;
+use crate::quantity::NonNegative;
+use crate::robot::Robot;
+use crate::trace::{Trace, time_s};
+use crate::world::Scene;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Thresholds of the metrics (scenario key `metrics`).
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MetricsSpec {
-    /// Clearance below which time counts as near miss, m.
-    pub near_miss_m: crate::quantity::NonNegative,
-    /// Surface distance within which an unknown static or a mover counts as encountered, m.
-    pub encounter_m: crate::quantity::NonNegative,
+    /// Clearance below which time counts as near miss, m (default 0.2). Larger counts more time.
+    pub near_miss_m: NonNegative,
+    /// Surface distance within which an unknown static or a mover counts as encountered, m (default 1.5).
+    pub encounter_m: NonNegative,
 }
 
 impl Default for MetricsSpec {
     fn default() -> Self {
-        Self {
-            near_miss_m: crate::quantity::NonNegative::new(0.2),
-            encounter_m: crate::quantity::NonNegative::new(1.5),
-        }
+        Self { near_miss_m: NonNegative::new(0.2), encounter_m: NonNegative::new(1.5) }
     }
 }
 
@@ -78,4 +99,206 @@ pub struct Metrics {
     pub turning_steps: Option<u32>,
     /// Ticks driven.
     pub ticks: Option<u32>,
+}
+
+/// One episode to be measured.
+#[derive(Clone, Copy, Debug)]
+pub struct Episode<'a> {
+    /// The world before the first tick.
+    pub scene: &'a Scene,
+    /// The robot that drove.
+    pub robot: &'a Robot,
+    /// What happened.
+    pub trace: &'a Trace,
+    /// Whether the goal was reached.
+    pub success: bool,
+    /// Distance from the goal that counts as reached, m.
+    pub goal_tolerance_m: f64,
+    /// Control period, s.
+    pub dt_s: f64,
+    /// What [`shortest_m`] says of the scene, once for all stacks; `None` leaves `shortest_m` and `spl` empty.
+    pub shortest_m: Option<f64>,
+}
+
+/// Rounding, and the depth of contacts that the world lets pass, that a drive may undercut its lower bound by, m.
+const BOUND_SLACK_M: f64 = 1e-6;
+
+/// All measured columns of one episode. Every number is finite and canonical.
+///
+/// A trace without a row (nothing was simulated) has no drive: only what the planner did is known.
+///
+/// # Panics
+/// If a successful drive, with the goal tolerance added, is shorter than the lower bound of every
+/// collision-free drive: then one of the two is wrong, and so would be the results. Also if the trace holds a number that is
+/// not finite.
+pub fn measure(episode: Episode<'_>, spec: &MetricsSpec) -> Metrics {
+    let Episode { scene, robot, trace, success, goal_tolerance_m, dt_s, shortest_m } = episode;
+    let real = |value: Option<f64>| value.map(math::canonical);
+    let plan: Option<&Path> = trace.paths.first().map(|planned| &planned.path);
+    let of_plan = Metrics {
+        shortest_m: real(shortest_m),
+        planned_length_m: real(plan.map(Path::length)),
+        planned_turns: plan.map(planned::planned_turns),
+        path_nodes: plan.map(planned::path_nodes),
+        risky_nodes: plan.map(|path| planned::risky_nodes(path, &scene.map.grid)),
+        expanded: Some(trace.expanded),
+        generated: Some(trace.generated),
+        replans: Some(trace.replans),
+        rollouts: Some(trace.rollouts),
+        recoveries: Some(trace.recoveries),
+        ..Metrics::default()
+    };
+    let ticks = trace.ticks.as_slice();
+    let Some(last) = ticks.last() else {
+        return of_plan;
+    };
+    let (time_s, length_m) = (time_s(last.tick, dt_s), drive::length_m(ticks, dt_s));
+    if let (true, Some(shortest_m)) = (success, shortest_m) {
+        let reach_m = length_m + goal_tolerance_m + BOUND_SLACK_M;
+        assert!(reach_m >= shortest_m, "a drive of {length_m} m is shorter than the lower bound of {shortest_m} m");
+    }
+    Metrics {
+        time_s: real(Some(time_s)),
+        length_m: real(Some(length_m)),
+        spl: real(drive::spl(success, length_m, shortest_m)),
+        turning_points: Some(drive::turning_points(ticks)),
+        turning_angle_deg: real(Some(drive::turning_angle_deg(ticks))),
+        goal_error_m: real(Some(drive::goal_error_m(last, scene.goal))),
+        clearance_min_m: real(drive::clearance_min_m(ticks)),
+        clearance_mean_m: real(drive::clearance_mean_m(ticks)),
+        near_miss_s: real(Some(drive::near_miss_s(ticks, spec.near_miss_m.get(), dt_s))),
+        ttc_min_s: real(encounter::ttc_min_s(scene, robot.radius_m, trace)),
+        encounters: Some(encounter::encounters(scene, robot.radius_m, trace, spec.encounter_m.get())),
+        speed_mean_mps: real(drive::speed_mean_mps(length_m, time_s)),
+        stopped_s: real(Some(drive::stopped_s(ticks, dt_s))),
+        curvature_max_1pm: real(drive::curvature_max_1pm(ticks)),
+        jerk_rms_mps3: real(drive::jerk_rms_mps3(ticks, dt_s)),
+        path_deviation_mean_m: real(drive::path_deviation_mean_m(ticks)),
+        turning_steps: Some(drive::turning_steps(ticks)),
+        ticks: Some(last.tick),
+        ..of_plan
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Pose, Twist, Vec2};
+    use crate::map::{DistanceField, OccupancyGrid};
+    use crate::plan::local::Mode;
+    use crate::trace::{MoverState, PlannedPath, Tick};
+    use crate::world::{Mover, StaticMap, UnknownStatic};
+    use std::sync::Arc;
+
+    pub(super) fn close(a: f64, b: f64) -> bool {
+        (a - b).abs() < 1e-9
+    }
+
+    /// The rows of a drive that begins at rest at `start` and takes 0.1 s for each of `twists`.
+    pub(super) fn drive(start: Pose, twists: &[Twist]) -> Vec<Tick> {
+        let initial = Tick {
+            tick: 0,
+            pose: start,
+            believed: start,
+            twist: Twist::ZERO,
+            command: Twist::ZERO,
+            mode: Mode::default(),
+            sub_goal: Vec2::zeros(),
+            clearance_m: 1.0,
+            clearance_low_m: 1.0,
+            path_deviation_m: None,
+            sensed_movers: 0,
+            seen_statics: 0,
+        };
+        let mut ticks = vec![initial];
+        for &twist in twists {
+            let before = ticks[ticks.len() - 1];
+            let pose = before.pose.advance(twist, 0.1);
+            ticks.push(Tick { tick: before.tick + 1, pose, believed: before.pose, twist, command: twist, ..initial });
+        }
+        ticks
+    }
+
+    /// An empty map of 20 m by 20 m, from (1, 1) to (11, 1).
+    pub(super) fn scene_with(movers: Vec<Mover>, unknown_static: Vec<UnknownStatic>) -> Scene {
+        let grid = OccupancyGrid::empty(20, 20, 1.0);
+        let field = DistanceField::new(&grid);
+        let (start, goal) = (Pose::new(1.0, 1.0, 0.0), Vec2::new(11.0, 1.0));
+        Scene { map: Arc::new(StaticMap { grid, field }), start, goal, unknown_static, movers }
+    }
+
+    fn episode<'a>(scene: &'a Scene, robot: &'a Robot, trace: &'a Trace, success: bool) -> Episode<'a> {
+        Episode { scene, robot, trace, success, goal_tolerance_m: 0.25, dt_s: 0.1, shortest_m: Some(10.0) }
+    }
+
+    #[test]
+    fn a_straight_success_fills_the_row() {
+        let scene = scene_with(Vec::new(), Vec::new());
+        let robot = Robot::default();
+        // 100 ticks at 0.99 m/s: 9.9 m, 0.1 m short of the goal. One node beyond the ends: three vertices, no turn.
+        let path = Path::polyline(&[Vec2::new(1.0, 1.0), Vec2::new(5.0, 1.0), Vec2::new(11.0, 1.0)]);
+        let trace = Trace {
+            ticks: drive(scene.start, &[Twist { v: 0.99, omega: 0.0 }; 100]),
+            paths: vec![PlannedPath { tick: 0, path }],
+            expanded: 11,
+            generated: 30,
+            rollouts: 5,
+            ..Trace::default()
+        };
+        let metrics = measure(episode(&scene, &robot, &trace, true), &MetricsSpec::default());
+        assert_eq!(metrics.time_s, Some(10.0));
+        assert!(close(metrics.length_m.unwrap(), 9.9) && close(metrics.goal_error_m.unwrap(), 0.1));
+        assert_eq!((metrics.shortest_m, metrics.spl), (Some(10.0), Some(1.0)));
+        assert_eq!((metrics.planned_length_m, metrics.planned_turns), (Some(10.0), Some(0)));
+        assert_eq!((metrics.path_nodes, metrics.risky_nodes), (Some(3), Some(0)));
+        assert_eq!((metrics.ttc_min_s, metrics.encounters), (None, Some(0)));
+        assert_eq!((metrics.expanded, metrics.generated, metrics.rollouts), (Some(11), Some(30), Some(5)));
+        assert_eq!((metrics.path_deviation_mean_m, metrics.ticks), (None, Some(100)));
+        assert!(close(metrics.speed_mean_mps.unwrap(), 0.99));
+    }
+
+    #[test]
+    fn a_failed_drive_is_measured_up_to_its_end() {
+        let mover = Mover { position: Vec2::new(3.5, 1.0), velocity: Vec2::zeros(), radius_m: 0.25 };
+        let scene = scene_with(vec![mover], Vec::new());
+        let robot = Robot::default();
+        // 20 ticks at 1 m/s from x = 1 end at x = 3, in touch with the mover: 3.5 − 3 = 0.25 + 0.25.
+        let state = MoverState { position: mover.position, velocity: mover.velocity };
+        let trace = Trace {
+            ticks: drive(scene.start, &[Twist { v: 1.0, omega: 0.0 }; 20]),
+            movers: vec![state; 21],
+            mover_count: 1,
+            ..Trace::default()
+        };
+        let metrics = measure(episode(&scene, &robot, &trace, false), &MetricsSpec::default());
+        assert_eq!((metrics.time_s, metrics.spl, metrics.encounters), (Some(2.0), Some(0.0), Some(1)));
+        assert!(close(metrics.length_m.unwrap(), 2.0) && close(metrics.goal_error_m.unwrap(), 8.0));
+        assert_eq!((metrics.planned_length_m, metrics.path_nodes), (None, None));
+        assert_eq!(metrics.ttc_min_s, Some(0.0));
+    }
+
+    #[test]
+    fn without_a_tick_only_what_needs_none_is_defined() {
+        let scene = scene_with(Vec::new(), Vec::new());
+        let robot = Robot::default();
+        let nothing = Trace { expanded: 7, ..Trace::default() };
+        let metrics = measure(episode(&scene, &robot, &nothing, false), &MetricsSpec::default());
+        assert_eq!((metrics.time_s, metrics.spl, metrics.ticks), (None, None, None));
+        assert_eq!((metrics.expanded, metrics.shortest_m), (Some(7), Some(10.0)));
+        let no_path = Trace { ticks: drive(scene.start, &[]), ..nothing };
+        let metrics = measure(episode(&scene, &robot, &no_path, false), &MetricsSpec::default());
+        assert_eq!((metrics.time_s, metrics.length_m, metrics.ticks), (Some(0.0), Some(0.0), Some(0)));
+        assert_eq!((metrics.clearance_min_m, metrics.clearance_mean_m), (Some(1.0), None));
+        assert_eq!((metrics.speed_mean_mps, metrics.jerk_rms_mps3, metrics.curvature_max_1pm), (None, None, None));
+        assert_eq!((metrics.goal_error_m, metrics.spl), (Some(10.0), Some(0.0)));
+    }
+
+    #[test]
+    #[should_panic(expected = "shorter than the lower bound")]
+    fn a_success_that_beats_the_lower_bound_is_a_fault() {
+        let scene = scene_with(Vec::new(), Vec::new());
+        let robot = Robot::default();
+        let trace = Trace { ticks: drive(scene.start, &[Twist { v: 1.0, omega: 0.0 }; 90]), ..Trace::default() };
+        measure(episode(&scene, &robot, &trace, true), &MetricsSpec::default());
+    }
 }

@@ -1,13 +1,15 @@
 //! The stack: global planner × path stages × fusion × local planner, with replanning.
 //!
-//! The global path, pruned and smoothed, yields **key nodes** (the ends of its pieces). The local
-//! planner steers for one of them at a time, the *sub-goal*. The sub-goal moves on when the robot
-//! is within the switching radius of it or has passed its normal plane, that is the plane through
-//! the node across the direction in which the path arrives there; without the second rule robots
-//! circle nodes that they missed. The last node, the goal, never switches.
+//! The local planner steers for one point of the global path at a time, the *sub-goal*. Two rules choose it:
 //!
-//! Sources: gao2025 §3.3 (key nodes as sub-goals, switching within 0.5 to 1.0 m); the normal plane
-//! is simrun's resolution (fusion in `systems.md` §2a).
+//! - [`lookahead`]: the point a given distance ahead of the robot's progress along the path;
+//! - [`mod@key_nodes`]: the ends of the path's pieces one after the other. The sub-goal moves on when the
+//!   robot is within the switching radius of it or has passed its normal plane, that is the plane
+//!   through the node across the direction in which the path arrives there; without the second rule
+//!   robots circle nodes that they missed. The last node, the goal, never switches.
+//!
+//! Source of the key nodes: L. Gao et al., 2025, section 2.4 (sub-goals, switching within 0.5 to 1.0 m); the normal
+//! plane is simrun's resolution.
 
 use super::PlanningGrid;
 use super::global::{GlobalChoice, GlobalPlanner, PlanFailure, Problem, Search};
@@ -17,25 +19,73 @@ use crate::choice::choice;
 use crate::clock::Stopwatch;
 use crate::geometry::{Path, Piece, Vec2};
 use crate::map::Cell;
+use crate::math;
 use crate::observation::{Belief, Observation};
 use crate::quantity::{NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Where the centre of the robot may be planned, and how key nodes are handed on (scenario key `planning`).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlanningSpec {
     /// Distance that cell centres of the planned path keep from obstacle squares, m; the robot's
     /// circumscribed radius where absent. The papers plan with 0 and clearance rules of their own.
     pub inflation_m: Option<NonNegative>,
-    /// Distance at which the sub-goal moves on to the next key node, m; default 0.8.
-    pub switching_radius_m: Positive,
+    /// Which point of the path the local planner steers for; default `lookahead`.
+    pub sub_goals: SubGoals,
 }
 
-impl Default for PlanningSpec {
+/// A point that moves along the path ahead of the robot.
+///
+/// A local planner that is given far key nodes cuts across what the path avoids and overshoots the
+/// turns; this hands it the path itself.
+pub mod lookahead {
+    use super::{Deserialize, JsonSchema, Positive, Serialize};
+
+    /// How far ahead.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct Params {
+        /// Arc length from the robot's place on the path to the sub-goal, m; a little more than top speed × horizon
+        /// lets a dynamic window drive at full speed. Default 3.5.
+        pub distance_m: Positive,
+    }
+
+    impl Default for Params {
+        fn default() -> Self {
+            Self { distance_m: Positive::new(3.5) }
+        }
+    }
+}
+
+/// The key nodes of the path one after the other, as the papers do.
+pub mod key_nodes {
+    use super::{Deserialize, JsonSchema, Positive, Serialize};
+
+    /// When the next one's turn comes.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct Params {
+        /// Distance at which the sub-goal moves on to the next key node, m; default 0.8 (gao2025: 0.5 to 1.0).
+        pub switching_radius_m: Positive,
+    }
+
+    impl Default for Params {
+        fn default() -> Self {
+            Self { switching_radius_m: Positive::new(0.8) }
+        }
+    }
+}
+
+choice! {
+    /// Which point of the path is the sub-goal.
+    pub enum SubGoals: "rule for sub-goals" { lookahead, key_nodes }
+}
+
+impl Default for SubGoals {
     fn default() -> Self {
-        Self { inflation_m: None, switching_radius_m: Positive::new(0.8) }
+        Self::lookahead(lookahead::Params::default())
     }
 }
 
@@ -167,7 +217,7 @@ pub struct Stack {
     stages: Vec<Box<dyn PathStage>>,
     local: Box<dyn LocalPlanner>,
     inflation_m: Option<f64>,
-    switching_radius_m: f64,
+    sub_goals: SubGoals,
     replan: Replan,
     grid: PlanningGrid,
     cells: Vec<Cell>,
@@ -197,7 +247,7 @@ impl Stack {
             stages,
             local,
             inflation_m: None,
-            switching_radius_m: PlanningSpec::default().switching_radius_m.get(),
+            sub_goals: SubGoals::default(),
             replan: Replan::default(),
             grid: PlanningGrid::default(),
             cells: Vec::new(),
@@ -214,7 +264,7 @@ impl Stack {
     #[must_use]
     pub fn with_planning(mut self, spec: &PlanningSpec) -> Self {
         self.inflation_m = spec.inflation_m.map(NonNegative::get);
-        self.switching_radius_m = spec.switching_radius_m.get();
+        self.sub_goals = spec.sub_goals.clone();
         self
     }
 
@@ -250,7 +300,7 @@ impl Stack {
             let _ = self.plan(observation);
             self.anchor = Anchor { position: observation.pose.position, tick: observation.tick };
         }
-        self.route.advance(observation.pose.position, self.switching_radius_m);
+        self.route.advance(observation.pose.position, &self.sub_goals);
         self.local.decide(observation, &self.route.guidance())
     }
 
@@ -329,7 +379,7 @@ impl Stack {
         self.effort.expanded += expanded;
         self.effort.generated += generated;
         result?;
-        let mut path = Path::polyline(&key_nodes(&self.grid, &self.cells, from, goal));
+        let mut path = Path::polyline(&vertices(&self.grid, &self.cells, from, goal));
         for stage in &mut self.stages {
             path = stage.apply(&self.grid, &path);
         }
@@ -341,7 +391,7 @@ impl Stack {
 /// Vertices of a path of cells: the robot's own position, the centres where it turns, the goal's
 /// own position. The centre of the robot's own cell is no vertex, or a robot that plans anew
 /// would turn back to it.
-fn key_nodes(grid: &PlanningGrid, cells: &[Cell], from: Vec2, goal: Vec2) -> Vec<Vec2> {
+fn vertices(grid: &PlanningGrid, cells: &[Cell], from: Vec2, goal: Vec2) -> Vec<Vec2> {
     let mut nodes = vec![from];
     for at in 1..cells.len().saturating_sub(1) {
         let (before, here, after) = (cells[at - 1], cells[at], cells[at + 1]);
@@ -363,8 +413,12 @@ struct Route {
     path: Path,
     nodes: Vec<Vec2>,
     ends_m: Vec<f64>,
+    /// Number of the key node that the robot has not passed yet.
     next: usize,
     progress_m: f64,
+    previous_node: Vec2,
+    sub_goal: Vec2,
+    is_last: bool,
     revision: u32,
 }
 
@@ -382,11 +436,33 @@ impl Route {
         self.path = path;
         self.next = 1.min(self.nodes.len() - 1);
         self.progress_m = 0.0;
+        (self.previous_node, self.sub_goal) = (self.nodes[0], self.nodes[self.next]);
+        self.is_last = self.next == self.nodes.len() - 1;
         self.revision += 1;
     }
 
-    /// Moves the sub-goal on as far as it goes, and the progress up to it.
-    fn advance(&mut self, position: Vec2, switching_radius_m: f64) {
+    /// Moves progress and sub-goal on as far as they go.
+    fn advance(&mut self, position: Vec2, rule: &SubGoals) {
+        match rule {
+            SubGoals::lookahead(params) => self.look_ahead(position, params.distance_m.get()),
+            SubGoals::key_nodes(params) => self.switch_nodes(position, params.switching_radius_m.get()),
+        }
+    }
+
+    fn look_ahead(&mut self, position: Vec2, distance_m: f64) {
+        let end_m = self.ends_m[self.ends_m.len() - 1];
+        // Only as far as the sub-goal: a path that passes the same place twice must not let the progress jump.
+        self.project(position, self.progress_m, self.progress_m + distance_m);
+        let ahead_m = self.progress_m + distance_m;
+        while self.next + 1 < self.nodes.len() && self.ends_m[self.next] < self.progress_m {
+            self.next += 1;
+        }
+        self.previous_node = self.path.point_at(self.progress_m);
+        self.is_last = ahead_m >= end_m;
+        self.sub_goal = if self.is_last { self.path.end() } else { self.path.point_at(ahead_m) };
+    }
+
+    fn switch_nodes(&mut self, position: Vec2, switching_radius_m: f64) {
         let last = self.nodes.len() - 1;
         while self.next < last {
             let node = self.nodes[self.next];
@@ -398,20 +474,27 @@ impl Route {
             }
             self.next += 1;
         }
-        // Look from a little behind the current piece to the sub-goal only: a path that passes the
-        // same place twice must not let the progress jump.
-        let from_m = crate::math::max(self.progress_m, self.ends_m[self.next.saturating_sub(2)]);
-        let to_m = self.ends_m[self.next];
-        self.progress_m = crate::math::max(from_m, self.path.project_within(position, from_m, to_m).0);
+        // From a little behind the current piece up to the sub-goal, for the same reason.
+        let from_m = math::max(self.progress_m, self.ends_m[self.next.saturating_sub(2)]);
+        self.project(position, from_m, self.ends_m[self.next]);
+        self.previous_node = self.nodes[self.next.saturating_sub(1)];
+        self.sub_goal = self.nodes[self.next];
+        self.is_last = self.next == last;
+    }
+
+    /// Moves the progress to the point nearest to `position` within a stretch of the path, never back.
+    fn project(&mut self, position: Vec2, from_m: f64, to_m: f64) {
+        let nearest_m = self.path.project_within(position, from_m, to_m).0;
+        self.progress_m = math::max(math::max(from_m, self.progress_m), math::min(nearest_m, to_m));
     }
 
     fn guidance(&self) -> Guidance<'_> {
         Guidance {
             path: &self.path,
             progress_m: self.progress_m,
-            previous_node: self.nodes[self.next.saturating_sub(1)],
-            sub_goal: self.nodes[self.next],
-            is_last: self.next == self.nodes.len() - 1,
+            previous_node: self.previous_node,
+            sub_goal: self.sub_goal,
+            is_last: self.is_last,
             path_revision: self.revision,
         }
     }

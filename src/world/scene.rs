@@ -1,54 +1,14 @@
 //! A scene: everything about one episode's world before the first tick. Equal for all stacks.
 
-use crate::geometry::{Pose, Vec2};
-use crate::map::{DistanceField, OccupancyGrid};
+use super::obstacle::{Mover, Shape, UnknownStatic};
+use super::spec::moving::{OnRobot, OnStatic};
+use super::statics::{Digest, StaticMap, Statics};
+use crate::geometry::{Path, Pose, Vec2};
 use std::sync::Arc;
 
-/// A known map with all that is derived from it once and shared by every episode that uses it.
-#[derive(Debug)]
-pub struct StaticMap {
-    /// Occupancy.
-    pub grid: OccupancyGrid,
-    /// Exact distance field of `grid`.
-    pub field: DistanceField,
-}
-
-/// Outline of an obstacle about its own origin.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
-    /// A disc.
-    Disc {
-        /// Radius, m.
-        radius_m: f64,
-    },
-    /// A rectangle, half its sides along its own x and y.
-    Rectangle {
-        /// Half of the two sides, m.
-        half_m: Vec2,
-    },
-}
-
-/// An obstacle that stands still and is not on the known map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UnknownStatic {
-    /// Pose of its centre, grid frame.
-    pub pose: Pose,
-    /// Its outline.
-    pub shape: Shape,
-}
-
-/// A moving obstacle as it is at tick 0: a disc.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mover {
-    /// Centre, grid frame, m.
-    pub position: Vec2,
-    /// Velocity, m/s.
-    pub velocity: Vec2,
-    /// Radius, m.
-    pub radius_m: f64,
-}
-
 /// One episode's world before the first tick.
+///
+/// [`Scene::generate`](Self::generate) draws one from a specification; code may also put one together by hand.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// The known map.
@@ -57,10 +17,67 @@ pub struct Scene {
     pub start: Pose,
     /// Where it is to go, grid frame.
     pub goal: Vec2,
+    /// A way from start to goal on the known map that no planner has shaped; obstacles "on the route" are placed on it.
+    pub reference_route: Path,
     /// Obstacles that stand still and are not on the map.
     pub unknown_static: Vec<UnknownStatic>,
     /// Moving obstacles.
     pub movers: Vec<Mover>,
+}
+
+impl Scene {
+    /// A scene with nothing but a map, a start and a goal; the route is the straight line.
+    pub fn new(map: &Arc<StaticMap>, start: Pose, goal: Vec2) -> Self {
+        let reference_route = Path::polyline(&[start.position, goal]);
+        Self { map: Arc::clone(map), start, goal, reference_route, unknown_static: Vec::new(), movers: Vec::new() }
+    }
+
+    /// The scene's fingerprint: equal exactly where all bits of map, start, goal and obstacles are
+    /// (but for a chance of 2⁻⁶⁴).
+    pub fn digest(&self) -> u64 {
+        let mut digest = Digest::default();
+        digest.word(self.map.digest());
+        digest.point(self.start.position);
+        digest.real(self.start.theta);
+        digest.point(self.goal);
+        digest.word(self.unknown_static.len() as u64);
+        for obstacle in &self.unknown_static {
+            digest.point(obstacle.pose().position);
+            digest.real(obstacle.pose().theta);
+            match obstacle.shape() {
+                Shape::Disc { radius_m } => {
+                    digest.word(0);
+                    digest.real(radius_m);
+                }
+                Shape::Rectangle { half_m } => {
+                    digest.word(1);
+                    digest.point(half_m);
+                }
+            }
+        }
+        digest.word(self.movers.len() as u64);
+        for mover in &self.movers {
+            digest.point(mover.position);
+            digest.point(mover.velocity);
+            digest.real(mover.radius_m);
+            digest.word(match mover.on_static {
+                OnStatic::Reflect => 0,
+                OnStatic::Pass => 1,
+                OnStatic::Stop => 2,
+            });
+            digest.word(match mover.on_robot {
+                OnRobot::Ignore => 0,
+                OnRobot::Yield => 1,
+            });
+            digest.real(mover.yield_distance_m);
+        }
+        digest.value()
+    }
+
+    /// Everything that stands still.
+    pub(super) fn statics(&self) -> Statics<'_> {
+        Statics { map: &self.map, unknown: &self.unknown_static }
+    }
 }
 
 /// What the robot touched.

@@ -6,7 +6,11 @@
 use super::Entry;
 use crate::choice::choice;
 use crate::geometry::{Path, Twist, Vec2};
+use crate::math;
 use crate::observation::Observation;
+use crate::robot::Robot;
+
+pub mod window;
 
 macro_rules! registry {
     ($($module:ident),+ $(,)?) => {
@@ -92,4 +96,12 @@ pub trait LocalPlanner: Send {
 
     /// Forgets everything: called before each episode.
     fn reset(&mut self) {}
+}
+
+/// The yaw rate, rad/s, with which to turn by `bearing` rad on the spot: as fast as the drive may, but able to stop at the
+/// bearing and not past it within the tick.
+fn turn_on_the_spot(bearing: f64, robot: &Robot, dt_s: f64) -> f64 {
+    let stoppable = (2.0 * robot.yaw_acceleration_radps2 * bearing.abs()).sqrt();
+    let rate = math::min(robot.yaw_rate_max_radps, math::min(stoppable, bearing.abs() / dt_s));
+    if bearing < 0.0 { -rate } else { rate }
 }

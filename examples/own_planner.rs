@@ -1,0 +1,60 @@
+//! A planner of your own, outside the crate, in a world built in code: no YAML.
+//!
+//! Run with `cargo run --release --example own_planner`.
+
+use simrun::episode::{DT_S, Runner, TerminationSpec};
+use simrun::geometry::Twist;
+use simrun::map::OccupancyGrid;
+use simrun::observation::Observation;
+use simrun::plan::global::GlobalChoice;
+use simrun::plan::local::{Decision, Guidance, LocalPlanner, Mode};
+use simrun::plan::stack::Stack;
+use simrun::rng::EpisodeSeed;
+use simrun::robot::Robot;
+use simrun::world::{Scene, SceneSpec, SensingSpec, StaticMap};
+use std::error::Error;
+use std::sync::Arc;
+
+/// Turns towards the sub-goal and drives the faster, the better it points there. Avoids nothing.
+struct TurnAndDrive {
+    /// Yaw rate per radian of bearing, 1/s.
+    gain: f64,
+}
+
+impl LocalPlanner for TurnAndDrive {
+    fn decide(&mut self, observation: &Observation<'_>, guidance: &Guidance<'_>) -> Decision {
+        let bearing = observation.pose.bearing_to(guidance.sub_goal);
+        let alignment = if bearing.abs() < 1.0 { 1.0 - bearing.abs() } else { 0.0 };
+        let command = Twist { v: observation.robot.speed_max_mps * alignment, omega: self.gain * bearing };
+        Decision { command, mode: Mode::Track, rollouts: 0 }
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let hall = OccupancyGrid::from_ascii(
+        &[
+            "....................",
+            ".........##.........",
+            ".........##.........",
+            ".........##.........",
+            ".........##.........",
+            "....................",
+            "....................",
+        ],
+        0.5,
+    );
+    let map = Arc::new(StaticMap::new(hall));
+    let robot = Robot::default();
+    let global = GlobalChoice::by_name("a_star")?.build();
+
+    let mut stack = Stack::new(Some(global), Vec::new(), Box::new(TurnAndDrive { gain: 1.5 }));
+    let mut runner = Runner::default();
+    for episode in 0..5 {
+        let seed = EpisodeSeed { seed: 1, episode };
+        let scene = Scene::generate(&SceneSpec::default(), &map, &robot, seed)?;
+        let outcome = runner.run(&scene, &robot, &SensingSpec::default(), &TerminationSpec::default(), &mut stack);
+        let time_s = (runner.trace.ticks.len() - 1) as f64 * DT_S;
+        println!("episode {episode}: {} after {time_s:.1} s", outcome.name());
+    }
+    Ok(())
+}

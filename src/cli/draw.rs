@@ -1,0 +1,71 @@
+//! `simrun draw`: one episode as a picture.
+
+use super::scenarios::Changes;
+use super::{Failure, print, say};
+use crate::episode::Outcome;
+use crate::report::{self, Caption};
+use crate::results::Row;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Scenario file.
+    #[arg(value_name = "SCENARIO")]
+    scenario: PathBuf,
+    /// Which episode; the first stack of the scenario drives unless --stack names one.
+    #[arg(long, default_value_t = 0)]
+    episode: u64,
+    /// Where to write; `-` for stdout.
+    #[arg(short, long, default_value = "episode.svg")]
+    output: PathBuf,
+    #[command(flatten)]
+    changes: Changes,
+}
+
+pub(super) fn main(args: &Args) -> Result<(), Failure> {
+    let experiment = args.changes.load(&args.scenario)?;
+    let drive = experiment.drive_one(args.episode, 0).map_err(Failure::run)?;
+    let svg = report::draw(
+        &drive.scene,
+        experiment.robot(),
+        &drive.trace,
+        &drive.row.outcome,
+        &Caption {
+            title: format!(
+                "{}: {}, episode {}, seed {}",
+                experiment.scenario().name,
+                experiment.stacks()[0].name,
+                args.episode,
+                experiment.scenario().seed
+            ),
+            subtitle: sentence(&drive.row),
+        },
+    );
+    if args.output.as_os_str() == "-" {
+        return print(&svg);
+    }
+    std::fs::write(&args.output, svg)
+        .map_err(|error| Failure::Run(format!("error: cannot write {}: {error}", args.output.display())))?;
+    say(&format!("{}: {}", args.output.display(), sentence(&drive.row)));
+    Ok(())
+}
+
+/// What came of an episode, in words.
+fn sentence(row: &Row) -> String {
+    let metrics = &row.metrics;
+    let mut words = row.outcome.name().replace('_', " ");
+    if let Outcome::Collision { with, at_rest } = &row.outcome {
+        words += &format!(" with {}{}", with.name().replace('_', " "), if *at_rest { ", standing still" } else { "" });
+    }
+    let mut add = |what: &str, value: Option<f64>, unit: &str| {
+        if let Some(value) = value {
+            words += &format!(", {what} {value:.2} {unit}");
+        }
+    };
+    add("after", metrics.time_s, "s");
+    add("driven", metrics.length_m, "m");
+    add("planned", metrics.planned_length_m, "m");
+    add("at least", metrics.shortest_m, "m");
+    add("smallest clearance", metrics.clearance_min_m, "m");
+    words
+}

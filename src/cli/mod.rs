@@ -1,0 +1,99 @@
+//! The command line: one file per subcommand.
+//!
+//! Data goes to stdout or files, progress and messages to stderr. Exit codes: 0 it ran, whatever
+//! the robot did; 1 it could not run, or some row is `planner_error`; 2 bad usage or scenario,
+//! nothing was written; 3 a requirement was not met; 130 interrupted.
+
+mod check;
+mod draw;
+mod planners;
+mod run;
+mod scenarios;
+mod verify;
+
+use clap::{Parser, Subcommand};
+use std::io::{self, IsTerminal, Write};
+use std::process::ExitCode;
+
+/// Drives a robot through seeded 2-D worlds with any global × any local planner and writes what came of it as CSV.
+#[derive(Debug, Parser)]
+#[command(name = "simrun", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(after_help = "Exit codes: 0 ran (whatever the robot did), 1 failed to run or a planner crashed, \
+                        2 bad usage or scenario (nothing written), 3 a requirement was not met.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    run: run::Args,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run scenarios (the same as naming them without a subcommand).
+    Run(run::Args),
+    /// Check scenarios without running them; --resolved prints them with every default.
+    Check(check::Args),
+    /// List the planners, or describe one with its parameters.
+    Planners(planners::Args),
+    /// Run a scenario twice with different thread counts and compare every byte.
+    Verify(verify::Args),
+    /// Draw one episode as SVG.
+    Draw(draw::Args),
+}
+
+/// Why a command did not succeed.
+#[derive(Debug)]
+enum Failure {
+    /// Bad usage or scenario: exit code 2, nothing written.
+    Usage(String),
+    /// It could not run, or a planner crashed: exit code 1.
+    Run(String),
+    /// A requirement was not met: exit code 3.
+    Requirement(String),
+}
+
+impl Failure {
+    fn run(error: impl std::fmt::Display) -> Self {
+        Self::Run(error.to_string())
+    }
+}
+
+/// Runs the command line of this process.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let result = match cli.command {
+        None => run::main(&cli.run),
+        Some(Command::Run(args)) => run::main(&args),
+        Some(Command::Check(args)) => check::main(&args),
+        Some(Command::Planners(args)) => planners::main(&args),
+        Some(Command::Verify(args)) => verify::main(&args),
+        Some(Command::Draw(args)) => draw::main(&args),
+    };
+    let (message, code) = match result {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Run(message)) => (message, 1),
+        Err(Failure::Usage(message)) => (message, 2),
+        Err(Failure::Requirement(message)) => (message, 3),
+    };
+    say(&message);
+    ExitCode::from(code)
+}
+
+/// A message for the person at the terminal. A closed stderr is no reason to fail.
+fn say(message: &str) {
+    let _ = writeln!(io::stderr().lock(), "{}", message.trim_end());
+}
+
+/// Data to stdout.
+fn print(data: &str) -> Result<(), Failure> {
+    match io::stdout().lock().write_all(data.as_bytes()) {
+        // Somebody read enough of it, as `head` does.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        other => other.map_err(Failure::run),
+    }
+}
+
+/// Whether messages may be coloured.
+fn colour() -> bool {
+    io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}

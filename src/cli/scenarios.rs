@@ -1,0 +1,47 @@
+//! The arguments that name a scenario and change it, shared by the subcommands.
+
+use super::{Failure, colour};
+use crate::experiment::Experiment;
+use crate::scenario::{Edit, ScenarioError, ScenarioFile};
+use std::path::Path;
+
+/// Changes to a scenario.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(super) struct Changes {
+    /// Set a key of the scenario, for example --set limits.speed_max_mps=1.5 (repeatable).
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Number of episodes.
+    #[arg(long, value_name = "N")]
+    episodes: Option<u32>,
+    /// Seed of all randomness.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Only this stack, by its name in the results (repeatable).
+    #[arg(long = "stack", value_name = "NAME")]
+    stacks: Vec<String>,
+}
+
+impl Changes {
+    /// Loads and checks the scenario in `file` with these changes, ready to run.
+    pub(super) fn load(&self, file: &Path) -> Result<Experiment, Failure> {
+        let refuse = |error: ScenarioError| Failure::Usage(error.render(colour()));
+        let numbers = [("episodes", self.episodes.map(u64::from)), ("seed", self.seed)];
+        let numbers = numbers.iter().filter_map(|(key, number)| number.map(|number| format!("{key}={number}")));
+        let edits = self.set.iter().cloned().chain(numbers).map(|text| Edit::parse(&text));
+        let edits = edits.collect::<Result<Vec<Edit>, _>>().map_err(refuse)?;
+        let file = ScenarioFile::open(file).map_err(refuse)?;
+        let scenario = file.read(&edits).map_err(refuse)?;
+        file.check(&scenario, &edits).map_err(refuse)?;
+        let experiment = Experiment::new(scenario, file.folder());
+        let mut experiment = experiment.map_err(|error| Failure::Usage(format!("error: {error}")))?;
+        if !self.stacks.is_empty() {
+            let known: Vec<String> = experiment.stacks().iter().map(|stack| stack.name.clone()).collect();
+            experiment.keep_stacks(&self.stacks).map_err(|unknown| {
+                let known: Vec<&str> = known.iter().map(String::as_str).collect();
+                Failure::Usage(format!("error: {}", crate::choice::unknown_name("stack", unknown, &known)))
+            })?;
+        }
+        Ok(experiment)
+    }
+}

@@ -1,0 +1,63 @@
+//! `simrun verify`: the determinism promise, checked.
+
+use super::scenarios::Changes;
+use super::{Failure, print};
+use crate::experiment::Experiment;
+use crate::results::{EPISODES_CSV, Existing, Folder, SUMMARY_CSV, compare};
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Scenario file.
+    #[arg(value_name = "SCENARIO")]
+    scenario: PathBuf,
+    #[command(flatten)]
+    changes: Changes,
+}
+
+pub(super) fn main(args: &Args) -> Result<(), Failure> {
+    let experiment = args.changes.load(&args.scenario)?;
+    let many = std::thread::available_parallelism().map_or(2, usize::from).max(2);
+    let scratch = Scratch::new(&experiment)?;
+    let (once, again) = (scratch.0.join("1"), scratch.0.join(many.to_string()));
+    run(&experiment, &once, 1)?;
+    run(&experiment, &again, many)?;
+    for file in [EPISODES_CSV, SUMMARY_CSV] {
+        if let Some(difference) = compare(&once.join(file), &again.join(file)).map_err(Failure::run)? {
+            let message = format!("error: {file} of 1 thread (left) and of {many} (right) differ: {difference}");
+            return Err(Failure::Requirement(message));
+        }
+    }
+    print(&format!(
+        "{}: {} rows, {EPISODES_CSV} and {SUMMARY_CSV} identical with 1 and {many} threads\n",
+        args.scenario.display(),
+        experiment.order().rows(),
+    ))
+}
+
+fn run(experiment: &Experiment, folder: &Path, threads: usize) -> Result<(), Failure> {
+    let identity = experiment.identity().map_err(Failure::run)?;
+    let folder = Folder::open(folder, identity, experiment.order(), Existing::Replace).map_err(Failure::run)?;
+    experiment.run(&folder, threads, None, || {}).map_err(Failure::run)?;
+    folder.finish().map(|_| ()).map_err(Failure::run)
+}
+
+/// A folder that is gone afterwards.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(experiment: &Experiment) -> Result<Self, Failure> {
+        let name = format!("simrun-verify-{}-{}", experiment.scenario().name, std::process::id());
+        let path = std::env::temp_dir().join(name);
+        std::fs::create_dir_all(&path)
+            .map_err(|error| Failure::Run(format!("error: cannot create `{}`: {error}", path.display())))?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // Left behind at worst: nothing depends on it.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}

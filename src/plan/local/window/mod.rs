@@ -1,0 +1,541 @@
+//! The dynamic window: what every DWA planner here shares.
+//!
+//! Once per tick [`DynamicWindow::roll`] samples the twists within reach (V_s ∩ V_d), drives each
+//! for the horizon against the believed map and the sensed movers, and says which are
+//! admissible: those that touch nothing and from which the robot can brake in time (V_a). The
+//! planner weighs the admissible ones with [`Score`] and takes the best, or, where there is
+//! none, what [`DynamicWindow::recover`] advises.
+//!
+//! ```text
+//! V_s = { v_min ≤ v ≤ v_max, |ω| ≤ ω_max }
+//! V_d = { v_c − a_dec dt ≤ v ≤ v_c + a_acc dt, |ω − ω_c| ≤ α dt }
+//! V_a = { v ≤ √(2 dist a_dec), |ω| ≤ √(2 dist α) }        and nothing touched within the horizon
+//! ```
+//!
+//! A rollout that touches an obstacle is not admissible, however late. One exception: a robot that believes
+//! itself in contact already (noise of its pose, a map cell that turned occupied beside it) may stand, turn or
+//! drive out, only not deeper in; otherwise a centimetre of noise would hold it for ever.
+//!
+//! Source: D. Fox, W. Burgard, S. Thrun, "The dynamic window approach to collision avoidance",
+//! IEEE Robotics & Automation Magazine 4(1), 1997.
+
+mod patch;
+mod rollout;
+mod sampling;
+mod score;
+
+#[cfg(test)]
+mod tests;
+
+pub use sampling::{SAMPLES_MAX, Spacing, Window};
+pub use score::{Score, Scoring};
+
+use super::turn_on_the_spot;
+use crate::geometry::{Pose, Twist, Vec2, direction};
+use crate::math;
+use crate::observation::Observation;
+use patch::{Anchor, Patch};
+use rollout::{Block, Disc, LANES, Lane};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How a rollout moves during one control period.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Prediction {
+    /// A straight step along the heading, then the turn, as the papers print it (gao eq. 19, qin eq. 11).
+    #[default]
+    Euler,
+    /// The exact arc of a unicycle.
+    Arc,
+}
+
+/// Where along a rollout the clearance is taken for scoring.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DistanceMode {
+    /// The least over the whole rollout (gao, qin).
+    #[default]
+    PathMin,
+    /// At its end point (zhu, hu: U-A15, H-A10).
+    Endpoint,
+}
+
+/// The distance in which the robot must be able to stop (the `dist` of V_a).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BrakingDistance {
+    /// Arc length to the first contact, as Fox et al. define it.
+    #[default]
+    Arc,
+    /// The least clearance over the rollout, as the papers' one `dist` for both uses has it. Slow in lanes:
+    /// clearance to the sides brakes as well.
+    Clearance,
+}
+
+/// How the yaw rate is bounded by V_a.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BrakingTurn {
+    /// |ω| ≤ √(2 dist α) with dist in metres, as printed (and dimensionally odd).
+    #[default]
+    Printed,
+    /// |ω| ≤ √(2 (dist/r) α) with r = v/|ω|: the angle that is driven over that distance.
+    Arc,
+    /// No bound.
+    Off,
+}
+
+/// Settings of a dynamic window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Time predicted, s; rounded to whole control periods, at least one.
+    pub horizon_s: f64,
+    /// How a rollout moves.
+    pub prediction: Prediction,
+    /// Samples of the speed.
+    pub speed: Spacing,
+    /// Samples of the yaw rate.
+    pub yaw_rate: Spacing,
+    /// Whether movers keep their velocity over the horizon; else they stand where they are.
+    pub predict_dynamic: bool,
+    /// Clearances are told up to at least this distance, m.
+    pub clearance_cap_m: f64,
+    /// The distance in which the robot must be able to stop.
+    pub braking_distance: BrakingDistance,
+    /// Distance at which that one is cut, m; `None` for not at all.
+    pub braking_clip_m: Option<f64>,
+    /// How the yaw rate is bounded.
+    pub braking_turn: BrakingTurn,
+}
+
+/// Clearance of one rollout from one kind of obstacle, m: never more than the true one, at least 0, cut at the
+/// cap; 0 where the rollout touches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearance {
+    /// The least over the whole rollout.
+    pub path_min_m: f64,
+    /// At its end.
+    pub end_m: f64,
+}
+
+impl Clearance {
+    /// The one that `mode` asks for.
+    pub fn at(self, mode: DistanceMode) -> f64 {
+        match mode {
+            DistanceMode::PathMin => self.path_min_m,
+            DistanceMode::Endpoint => self.end_m,
+        }
+    }
+
+    fn both(value_m: f64) -> Self {
+        Self { path_min_m: value_m, end_m: value_m }
+    }
+}
+
+/// The rollouts of one cycle, by index: speed varies slowest, yaw rate fastest, both ascending.
+#[derive(Clone, Debug)]
+pub struct Rollouts {
+    origin: Pose,
+    duration_s: f64,
+    twists: Vec<Twist>,
+    /// Displacement from the origin to the end, m.
+    end: Vec<Vec2>,
+    /// Time driven before the first touch, s; the whole horizon where nothing is touched.
+    free_s: Vec<f64>,
+    statics: Vec<Clearance>,
+    movers: Vec<Clearance>,
+    admissible: Vec<u32>,
+}
+
+impl Rollouts {
+    fn new() -> Self {
+        Self {
+            origin: Pose::new(0.0, 0.0, 0.0),
+            duration_s: 0.0,
+            twists: Vec::new(),
+            end: Vec::new(),
+            free_s: Vec::new(),
+            statics: Vec::new(),
+            movers: Vec::new(),
+            admissible: Vec::new(),
+        }
+    }
+
+    /// Number of rollouts.
+    pub fn len(&self) -> usize {
+        self.twists.len()
+    }
+
+    /// Whether there is none: only before the first cycle.
+    pub fn is_empty(&self) -> bool {
+        self.twists.is_empty()
+    }
+
+    /// Indices of the admissible rollouts, ascending.
+    pub fn admissible(&self) -> impl Iterator<Item = usize> + '_ {
+        self.admissible.iter().map(|&i| i as usize)
+    }
+
+    /// What rollout `i` drives.
+    pub fn twist(&self, i: usize) -> Twist {
+        self.twists[i]
+    }
+
+    /// Where rollout `i` ends; only for one that touches nothing.
+    pub fn end(&self, i: usize) -> Pose {
+        let end = self.origin.position + self.end[i];
+        Pose::new(end.x, end.y, self.origin.theta + self.twists[i].omega * self.duration_s)
+    }
+
+    /// Clearance of rollout `i` from the believed statics and the edge of the map.
+    pub fn static_clearance(&self, i: usize) -> Clearance {
+        self.statics[i]
+    }
+
+    /// Clearance of rollout `i` from the sensed movers; the cap where none is in reach.
+    pub fn mover_clearance(&self, i: usize) -> Clearance {
+        self.movers[i]
+    }
+
+    /// Clearance of rollout `i` from whatever is nearest.
+    pub fn clearance_m(&self, i: usize, mode: DistanceMode) -> f64 {
+        math::min(self.statics[i].at(mode), self.movers[i].at(mode))
+    }
+
+    /// Whether rollout `i` touches an obstacle within the horizon.
+    pub fn touches(&self, i: usize) -> bool {
+        self.free_s[i] < self.duration_s
+    }
+
+    /// Arc length that rollout `i` drives before its first contact, m; that of the whole rollout where it touches nothing.
+    pub fn free_arc_m(&self, i: usize) -> f64 {
+        self.twists[i].v.abs() * self.free_s[i]
+    }
+}
+
+/// What to drive where no rollout is admissible.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Recovery {
+    /// The command.
+    pub command: Twist,
+    /// Braking trajectories simulated for it.
+    pub rollouts: u64,
+}
+
+/// Samples, simulates and judges the twists within reach. Keeps its memory from tick to tick, and nothing else
+/// that an answer depends on.
+#[derive(Clone, Debug)]
+pub struct DynamicWindow {
+    settings: Settings,
+    patch: Patch,
+    rollouts: Rollouts,
+    speeds: Vec<f64>,
+    yaw_rates: Vec<f64>,
+    blocks: Vec<Block>,
+    /// Share of the speed that is driven in each step.
+    profile: Vec<f32>,
+    track: Vec<[Lane; 2]>,
+    discs: Vec<Disc>,
+    turnings: Vec<Turning>,
+}
+
+impl DynamicWindow {
+    /// A window that has seen nothing yet.
+    pub fn new(settings: Settings) -> Self {
+        Self {
+            settings,
+            patch: Patch::default(),
+            rollouts: Rollouts::new(),
+            speeds: Vec::new(),
+            yaw_rates: Vec::new(),
+            blocks: Vec::new(),
+            profile: Vec::new(),
+            track: Vec::new(),
+            discs: Vec::new(),
+            turnings: Vec::new(),
+        }
+    }
+
+    /// Forgets the map: to be called before each episode.
+    pub fn reset(&mut self) {
+        self.patch.reset();
+    }
+
+    /// The rollouts of this tick.
+    pub fn roll(&mut self, observation: &Observation<'_>) -> &Rollouts {
+        let robot = observation.robot;
+        let window = Window::reachable(robot, observation.twist, observation.dt_s);
+        self.settings.speed.sample(window.v_low, window.v_high, &[observation.twist.v], &mut self.speeds);
+        self.settings.yaw_rate.sample(
+            window.omega_low,
+            window.omega_high,
+            &[0.0, observation.twist.omega],
+            &mut self.yaw_rates,
+        );
+        self.rollouts.twists.clear();
+        for &v in &self.speeds {
+            // What the drive would make of the command is what is predicted.
+            let twists = self.yaw_rates.iter().map(|&omega| robot.within_wheel_limits(Twist { v, omega }));
+            self.rollouts.twists.extend(twists);
+        }
+        self.profile.clear();
+        self.profile.resize(self.horizon_steps(observation), 1.0);
+        self.simulate(observation);
+        for i in 0..self.rollouts.len() {
+            if !self.rollouts.touches(i) && self.brakes_in_time(i, observation) {
+                self.rollouts.admissible.push(i as u32);
+            }
+        }
+        &self.rollouts
+    }
+
+    /// Whether the robot could stop from rollout `i`, which touches nothing, within its `dist` (V_a).
+    ///
+    /// With [`BrakingDistance::Arc`] that is the arc known to be free: all of it, v·T. It bounds the speed by what
+    /// was looked at (v ≤ 2 a T); it bounds the yaw rate only through the clip, for no contact is known.
+    fn brakes_in_time(&self, i: usize, observation: &Observation<'_>) -> bool {
+        let robot = observation.robot;
+        let Twist { v, omega } = self.rollouts.twist(i);
+        let clip = |distance: f64| self.settings.braking_clip_m.map_or(distance, |clip| math::min(distance, clip));
+        let (ahead, around) = match self.settings.braking_distance {
+            BrakingDistance::Arc => (clip(self.rollouts.free_arc_m(i)), clip(f64::INFINITY)),
+            BrakingDistance::Clearance => {
+                let clearance = clip(self.rollouts.clearance_m(i, DistanceMode::PathMin));
+                (clearance, clearance)
+            }
+        };
+        let turns_in_time = match self.settings.braking_turn {
+            BrakingTurn::Off => true,
+            BrakingTurn::Printed => omega * omega <= 2.0 * around * robot.yaw_acceleration_radps2,
+            // ω² ≤ 2 (dist |ω|/|v|) α, multiplied out.
+            BrakingTurn::Arc => (omega * v).abs() <= 2.0 * around * robot.yaw_acceleration_radps2,
+        };
+        v * v <= 2.0 * ahead * robot.deceleration_mps2 && turns_in_time
+    }
+
+    /// What to drive when no rollout is admissible: brake as hard as the drive can, then turn to `target` on the spot.
+    ///
+    /// A disc that turns on the spot touches nothing new. While it still rolls, the braking trajectories of all yaw
+    /// rates within reach are simulated: of those that touch nothing the one nearest to the
+    /// wanted turn is taken, and where all touch, the one that gets farthest. Replaces the rollouts.
+    pub fn recover(&mut self, observation: &Observation<'_>, target: Vec2) -> Recovery {
+        let (robot, dt_s, twist) = (observation.robot, observation.dt_s, observation.twist);
+        let bearing = observation.pose.bearing_to(target);
+        let wanted = turn_on_the_spot(bearing, robot, dt_s);
+
+        let lost_per_tick = robot.deceleration_mps2 * dt_s;
+        let speed = twist.v.abs();
+        self.profile.clear();
+        for step in 1..=self.horizon_steps(observation) {
+            let left = speed - step as f64 * lost_per_tick;
+            if left > 0.0 {
+                self.profile.push((left / speed) as f32);
+            }
+        }
+        if self.profile.is_empty() {
+            return Recovery { command: Twist { v: 0.0, omega: wanted }, rollouts: 0 };
+        }
+        let window = Window::reachable(robot, twist, dt_s);
+        let wanted_now = math::clamp(wanted, window.omega_low, window.omega_high);
+        self.settings.yaw_rate.sample(window.omega_low, window.omega_high, &[wanted_now], &mut self.yaw_rates);
+        self.rollouts.twists.clear();
+        self.rollouts.twists.extend(self.yaw_rates.iter().map(|&omega| Twist { v: twist.v, omega }));
+        self.simulate(observation);
+        let detour = |i: usize| (self.yaw_rates[i] - wanted_now).abs();
+        let best = (0..self.rollouts.len()).min_by(|&a, &b| {
+            (self.rollouts.free_s[b].total_cmp(&self.rollouts.free_s[a])).then(detour(a).total_cmp(&detour(b)))
+        });
+        let omega = best.map_or(wanted_now, |i| self.yaw_rates[i]);
+        let v = if twist.v < 0.0 { -(speed - lost_per_tick) } else { speed - lost_per_tick };
+        Recovery { command: Twist { v, omega }, rollouts: self.rollouts.len() as u64 }
+    }
+
+    /// Control periods in the horizon: at least one.
+    fn horizon_steps(&self, observation: &Observation<'_>) -> usize {
+        ((self.settings.horizon_s / observation.dt_s).round() as usize).max(1)
+    }
+
+    /// Drives every twist of the rollouts along the speed profile and fills in what became of it.
+    fn simulate(&mut self, observation: &Observation<'_>) {
+        let (robot, dt_s) = (observation.robot, observation.dt_s);
+        let steps = self.profile.len();
+        self.rollouts.origin = observation.pose;
+        self.rollouts.duration_s = steps as f64 * dt_s;
+        self.rollouts.admissible.clear();
+        self.rollouts.end.clear();
+        self.rollouts.free_s.clear();
+        self.rollouts.statics.clear();
+        self.rollouts.movers.clear();
+
+        let mut speed = math::max(robot.speed_max_mps, -robot.speed_min_mps);
+        for twist in &self.rollouts.twists {
+            speed = math::max(speed, twist.v.abs());
+        }
+        let reach_m = speed * self.horizon_steps(observation) as f64 * dt_s;
+        let cap_m = self.clearance_cap_m(observation);
+        let pitch_m = patch::pitch_m(observation.belief.grid());
+        // What the lower bounds take off (½ in the patch, s²/4 in the kernel) goes on top, with a little for
+        // rounding, so that a rollout far from everything has exactly the cap as its clearance.
+        let (need, step) = ((cap_m + robot.radius_m) / pitch_m, speed * dt_s / pitch_m);
+        let cap = (1.0001 * (need * need + 0.5 + 0.25 * step * step)) as f32;
+        let at = self.patch.cover(observation.belief, observation.pose.position, reach_m, cap);
+
+        self.fill_blocks(observation, pitch_m);
+        self.fill_discs(observation, pitch_m, reach_m, cap_m);
+        self.track.resize(steps, [[0.0; LANES]; 2]);
+
+        let radius = (robot.radius_m / pitch_m) as f32;
+        let touch = touching(&self.patch, &at, radius * radius);
+        let metres = |squared: f32, radius: f32| f64::from(positive_sqrt(squared) - radius) * pitch_m;
+        let limited = |metres: f64| math::clamp(metres, 0.0, cap_m);
+        let count = self.rollouts.twists.len();
+        for (number, block) in self.blocks.iter().enumerate() {
+            let fate = rollout::drive(block, &self.profile, touch, &self.patch, &at, &mut self.track);
+            let mut free_steps = fate.free_steps;
+            let (mut least, mut last) = ([f32::MAX; LANES], [f32::MAX; LANES]);
+            for disc in &self.discs {
+                let passing = rollout::pass(block, &self.profile, &self.track[..fate.driven], disc);
+                for lane in 0..LANES {
+                    let (near, end) = (
+                        positive_sqrt(passing.least[lane]) - disc.touch,
+                        positive_sqrt(passing.last[lane]) - disc.touch,
+                    );
+                    least[lane] = if near < least[lane] { near } else { least[lane] };
+                    last[lane] = if end < last[lane] { end } else { last[lane] };
+                    let free = passing.free_steps[lane];
+                    free_steps[lane] = if free < free_steps[lane] { free } else { free_steps[lane] };
+                }
+            }
+            for lane in 0..LANES.min(count - number * LANES) {
+                let free = free_steps[lane] as usize;
+                let end = Vec2::new(f64::from(fate.end[0][lane]), f64::from(fate.end[1][lane]));
+                self.rollouts.end.push(end * pitch_m);
+                self.rollouts.free_s.push(free as f64 * dt_s);
+                let (statics, movers) = if free < steps {
+                    (Clearance::both(0.0), Clearance::both(0.0))
+                } else {
+                    (
+                        Clearance {
+                            path_min_m: limited(metres(fate.least[lane], radius)),
+                            end_m: limited(metres(fate.last[lane], radius)),
+                        },
+                        Clearance {
+                            path_min_m: limited(f64::from(least[lane]) * pitch_m),
+                            end_m: limited(f64::from(last[lane]) * pitch_m),
+                        },
+                    )
+                };
+                self.rollouts.statics.push(statics);
+                self.rollouts.movers.push(movers);
+            }
+        }
+    }
+
+    /// Distance up to which clearances matter: for scoring, and for V_a where it goes by clearance.
+    fn clearance_cap_m(&self, observation: &Observation<'_>) -> f64 {
+        let robot = observation.robot;
+        let cap_m = self.settings.clearance_cap_m;
+        if self.settings.braking_distance == BrakingDistance::Arc {
+            return cap_m;
+        }
+        let speed = math::max(robot.speed_max_mps, -robot.speed_min_mps);
+        let ahead = speed * speed / (2.0 * robot.deceleration_mps2);
+        let around = match self.settings.braking_turn {
+            BrakingTurn::Off => 0.0,
+            BrakingTurn::Printed => {
+                robot.yaw_rate_max_radps * robot.yaw_rate_max_radps / (2.0 * robot.yaw_acceleration_radps2)
+            }
+            BrakingTurn::Arc => speed * robot.yaw_rate_max_radps / (2.0 * robot.yaw_acceleration_radps2),
+        };
+        let braking = math::max(ahead, around);
+        let braking = self.settings.braking_clip_m.map_or(braking, |clip| math::min(braking, clip));
+        math::max(cap_m, braking)
+    }
+
+    /// Lays the twists out for the kernel, sixteen to a block.
+    fn fill_blocks(&mut self, observation: &Observation<'_>, pitch_m: f64) {
+        let dt_s = observation.dt_s;
+        let zero = [0.0; LANES];
+        let idle = Block { step: zero, heading: [zero; 2], turn: [zero; 2], used: zero };
+        self.blocks.clear();
+        self.blocks.resize(self.rollouts.twists.len().div_ceil(LANES), idle);
+        self.turnings.clear();
+        for &omega in &self.yaw_rates {
+            self.turnings.push(Turning::new(self.settings.prediction, observation.pose.theta, omega, dt_s));
+        }
+        for (i, &Twist { v, omega }) in self.rollouts.twists.iter().enumerate() {
+            let turning = &mut self.turnings[i % self.yaw_rates.len()];
+            if turning.omega != omega {
+                // The wheels' limit has scaled this twist down.
+                *turning = Turning::new(self.settings.prediction, observation.pose.theta, omega, dt_s);
+            }
+            let (block, lane) = (&mut self.blocks[i / LANES], i % LANES);
+            block.used[lane] = 1.0;
+            block.step[lane] = (v * dt_s * turning.length / pitch_m) as f32;
+            block.heading[0][lane] = turning.first.x as f32;
+            block.heading[1][lane] = turning.first.y as f32;
+            block.turn[0][lane] = turning.turn.x as f32;
+            block.turn[1][lane] = turning.turn.y as f32;
+        }
+    }
+
+    /// Lays out the movers that any rollout could come within the cap of.
+    fn fill_discs(&mut self, observation: &Observation<'_>, pitch_m: f64, reach_m: f64, cap_m: f64) {
+        let (dt_s, robot) = (observation.dt_s, observation.robot);
+        let horizon_s = self.profile.len() as f64 * dt_s;
+        self.discs.clear();
+        for obstacle in observation.obstacles {
+            let velocity = if self.settings.predict_dynamic { obstacle.velocity } else { Vec2::zeros() };
+            let offset = obstacle.position - observation.pose.position;
+            let touch_m = robot.radius_m + obstacle.radius_m;
+            if offset.norm() <= reach_m + velocity.norm() * horizon_s + touch_m + cap_m {
+                let lattice = |v: Vec2| [(v.x / pitch_m) as f32, (v.y / pitch_m) as f32];
+                self.discs.push(Disc {
+                    position: lattice(offset),
+                    step: lattice(velocity * dt_s),
+                    touch: (touch_m / pitch_m) as f32,
+                });
+            }
+        }
+    }
+}
+
+/// What the steps of a candidate share at one yaw rate.
+#[derive(Clone, Copy, Debug)]
+struct Turning {
+    omega: f64,
+    /// Direction of the first step.
+    first: Vec2,
+    /// Cosine and sine of the turn per step.
+    turn: Vec2,
+    /// Length of a step over v·dt.
+    length: f64,
+}
+
+impl Turning {
+    fn new(prediction: Prediction, theta: f64, omega: f64, dt_s: f64) -> Self {
+        let turn = direction(omega * dt_s);
+        match prediction {
+            Prediction::Euler => Self { omega, first: direction(theta), turn, length: 1.0 },
+            // The chord of the arc, as in `Pose::advance`.
+            Prediction::Arc => {
+                let chord = Pose::new(0.0, 0.0, 0.0).advance(Twist { v: 1.0, omega: omega * dt_s }, 1.0);
+                Self { omega, first: direction(theta + 0.5 * omega * dt_s), turn, length: chord.position.norm() }
+            }
+        }
+    }
+}
+
+/// The squared distance (units of pitch²) at which a rollout counts as touching a static: the squared radius, or,
+/// where the robot itself is believed to be nearer than that, just less than where it is.
+fn touching(patch: &Patch, at: &Anchor, radius_squared: f32) -> f32 {
+    /// Room for turning and for the first step from rest, in pitch².
+    const SLACK: f32 = 1e-3;
+    let here = patch.squared_distances(at, &[0.0; LANES], &[0.0; LANES])[0];
+    if here > 0.0 && here - SLACK < radius_squared { here - SLACK } else { radius_squared }
+}
+
+fn positive_sqrt(x: f32) -> f32 {
+    if x > 0.0 { x.sqrt() } else { 0.0 }
+}

@@ -1,0 +1,362 @@
+//! Tests of the window as a whole: rollouts, clearances, braking rule, normalisation, choice, recovery.
+
+use super::*;
+use crate::map::{Cell, DistanceField, OccupancyGrid};
+use crate::observation::{Belief, SensedObstacle};
+use crate::rng::{EpisodeSeed, Purpose, Stream};
+use crate::robot::Robot;
+
+fn settings() -> Settings {
+    Settings {
+        horizon_s: 3.0,
+        prediction: Prediction::Euler,
+        speed: Spacing::Count(5),
+        yaw_rate: Spacing::Count(7),
+        predict_dynamic: false,
+        clearance_cap_m: 1.0,
+        braking_distance: BrakingDistance::Arc,
+        braking_clip_m: None,
+        braking_turn: BrakingTurn::Off,
+    }
+}
+
+fn belief(grid: &OccupancyGrid) -> Belief {
+    Belief::new(grid, &DistanceField::new(grid))
+}
+
+fn open_space() -> Belief {
+    belief(&OccupancyGrid::empty(40, 40, 1.0))
+}
+
+fn observe<'a>(
+    belief: &'a Belief,
+    robot: &'a Robot,
+    pose: Pose,
+    twist: Twist,
+    obstacles: &'a [SensedObstacle],
+) -> Observation<'a> {
+    Observation { tick: 0, dt_s: 0.1, pose, twist, belief, obstacles, goal: Vec2::zeros(), robot }
+}
+
+/// Poses after each step by the printed recurrence, in plain `f64`.
+fn euler(mut pose: Pose, twist: Twist, steps: usize) -> Vec<Pose> {
+    (0..steps)
+        .map(|_| {
+            let position = pose.position + direction(pose.theta) * twist.v * 0.1;
+            pose = Pose { position, theta: pose.theta + twist.omega * 0.1 };
+            pose
+        })
+        .collect()
+}
+
+#[test]
+fn rollouts_end_where_the_closed_forms_say() {
+    let (belief, robot) = (open_space(), Robot { yaw_rate_max_radps: 2.0, ..Robot::default() });
+    let pose = Pose::new(20.3, 18.7, 0.9);
+    for omega in [-1.7, 0.0, 0.6] {
+        let observation = observe(&belief, &robot, pose, Twist { v: 0.8, omega }, &[]);
+        let mut window = DynamicWindow::new(settings());
+        let rollouts = window.roll(&observation);
+        assert!(rollouts.len() >= 35);
+        for i in 0..rollouts.len() {
+            let expected = *euler(pose, rollouts.twist(i), 30).last().unwrap();
+            assert!((rollouts.end(i).position - expected.position).norm() < 2e-5, "{:?}", rollouts.twist(i));
+            assert!((rollouts.end(i).theta - crate::geometry::wrap_angle(expected.theta)).abs() < 1e-9);
+        }
+        let mut window = DynamicWindow::new(Settings { prediction: Prediction::Arc, ..settings() });
+        let rollouts = window.roll(&observation);
+        for i in 0..rollouts.len() {
+            let expected = pose.advance(rollouts.twist(i), 3.0);
+            assert!((rollouts.end(i).position - expected.position).norm() < 2e-5, "{:?}", rollouts.twist(i));
+        }
+    }
+}
+
+#[test]
+fn far_from_everything_every_clearance_is_exactly_the_cap() {
+    let (belief, robot) = (open_space(), Robot::default());
+    let mut window = DynamicWindow::new(settings());
+    let rollouts =
+        window.roll(&observe(&belief, &robot, Pose::new(20.0, 20.0, 0.3), Twist { v: 0.7, omega: 0.1 }, &[]));
+    assert_eq!(rollouts.admissible().count(), rollouts.len());
+    for i in 0..rollouts.len() {
+        assert_eq!(
+            (rollouts.static_clearance(i), rollouts.mover_clearance(i)),
+            (Clearance::both(1.0), Clearance::both(1.0))
+        );
+        assert!((rollouts.free_arc_m(i) - 3.0 * rollouts.twist(i).v).abs() < 1e-12);
+    }
+}
+
+/// A world at random: coarse or fine cells, movers about the robot.
+fn random_world(stream: &mut Stream) -> (Belief, Vec<SensedObstacle>, Pose, Twist) {
+    let (side, resolution_m, density) = if stream.uniform() < 0.5 { (16, 1.0, 0.12) } else { (80, 0.2, 0.004) };
+    let mut grid = OccupancyGrid::empty(side, side, resolution_m);
+    for row in 0..side {
+        for col in 0..side {
+            if stream.uniform() < density {
+                grid.set_occupied(Cell { col, row });
+            }
+        }
+    }
+    let mut point = |low: f64, high: f64| Vec2::new(stream.range(low, high), stream.range(low, high));
+    let pose = Pose { position: point(2.0, 14.0), theta: 0.0 };
+    let movers = (0..3)
+        .map(|_| SensedObstacle { position: point(0.0, 16.0), velocity: point(-1.0, 1.0), radius_m: 0.3 })
+        .collect();
+    let pose = Pose { theta: stream.range(-3.1, 3.1), ..pose };
+    (belief(&grid), movers, pose, Twist { v: stream.range(0.0, 1.0), omega: stream.range(-1.0, 1.0) })
+}
+
+fn static_distance_m(grid: &OccupancyGrid, p: Vec2) -> f64 {
+    let extent = grid.extent_m();
+    let mut best = math::min(math::min(p.x, extent.x - p.x), math::min(p.y, extent.y - p.y));
+    for (index, _) in grid.occupied().iter().enumerate().filter(|&(_, &occupied)| occupied) {
+        best = math::min(best, grid.square(grid.cell(index)).signed_distance(p));
+    }
+    best
+}
+
+#[test]
+fn clearances_and_contacts_agree_with_brute_force() {
+    let robot = Robot::default();
+    let mut stream = EpisodeSeed { seed: 11, episode: 0 }.stream(Purpose::Planner, 0);
+    let (mut touched, mut free) = (0, 0);
+    for case in 0..120 {
+        let (belief, movers, pose, twist) = random_world(&mut stream);
+        let predict_dynamic = case % 2 == 0;
+        let near = |m: &SensedObstacle| (m.position - pose.position).norm() < m.radius_m + robot.radius_m + 0.1;
+        if static_distance_m(belief.grid(), pose.position) < robot.radius_m + 0.03 || movers.iter().any(near) {
+            continue; // a start in contact has rules of its own
+        }
+        let mut window = DynamicWindow::new(Settings {
+            predict_dynamic,
+            speed: Spacing::Count(2),
+            yaw_rate: Spacing::Count(3),
+            ..settings()
+        });
+        let rollouts = window.roll(&observe(&belief, &robot, pose, twist, &movers));
+        for i in 0..rollouts.len() {
+            // Dense sampling of the line through the poses: what really is met on the way.
+            let mut poses = vec![pose];
+            poses.extend(euler(pose, rollouts.twist(i), 30));
+            let (mut statics, mut mover, mut first) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
+            for step in 0..30 {
+                for part in 1..=8 {
+                    let share = f64::from(part) / 8.0;
+                    let p = poses[step].position + (poses[step + 1].position - poses[step].position) * share;
+                    let t = if predict_dynamic { (step as f64 + share) * 0.1 } else { 0.0 };
+                    let at_static = static_distance_m(belief.grid(), p) - robot.radius_m;
+                    let at_mover = movers
+                        .iter()
+                        .map(|m| (p - m.position - m.velocity * t).norm() - m.radius_m - robot.radius_m)
+                        .fold(f64::INFINITY, math::min);
+                    if step > 0 {
+                        // A rollout counts from its first predicted pose on, not from where the robot is.
+                        statics = math::min(statics, at_static);
+                        mover = math::min(mover, at_mover);
+                    }
+                    if math::min(at_static, at_mover) <= 0.0 && first == f64::INFINITY {
+                        first = (step as f64 + share) * 0.1 * rollouts.twist(i).v;
+                    }
+                }
+            }
+            let arc = rollouts.free_arc_m(i);
+            assert!(
+                arc <= first + 1e-6,
+                "{arc} m free, but contact after {first} m {statics} {mover} {:?} {pose:?} {movers:?} {predict_dynamic}",
+                rollouts.twist(i)
+            );
+            if rollouts.touches(i) {
+                touched += 1;
+                // Not told of a contact unless there nearly is one.
+                assert!(math::min(statics, mover) < 0.06, "no contact: {statics}, {mover}");
+            } else {
+                free += 1;
+                for (found, truth, slack) in
+                    [(rollouts.static_clearance(i), statics, 0.075), (rollouts.mover_clearance(i), mover, 0.025)]
+                {
+                    let truth = math::min(truth, 1.0);
+                    assert!(found.path_min_m <= truth + 1e-4, "{found:?} instead of {truth}");
+                    assert!(found.path_min_m >= truth - slack, "{found:?} instead of {truth}");
+                    assert!(found.path_min_m <= found.end_m);
+                }
+            }
+        }
+    }
+    assert!(touched > 100 && free > 100, "{touched} and {free}");
+}
+
+#[test]
+fn a_wall_ahead_limits_the_free_arc() {
+    // The wall's face is at x = 10; from x = 8 the disc of 0.25 m touches after 1.75 m.
+    let mut grid = OccupancyGrid::empty(20, 20, 1.0);
+    for row in 0..20 {
+        grid.set_occupied(Cell { col: 10, row });
+    }
+    let (belief, robot) = (belief(&grid), Robot::default());
+    let observation = observe(&belief, &robot, Pose::new(8.0, 9.5, 0.0), Twist { v: 0.8, omega: 0.0 }, &[]);
+    let mut window = DynamicWindow::new(settings());
+    let rollouts = window.roll(&observation);
+    let straight: Vec<usize> = (0..rollouts.len()).filter(|&i| rollouts.twist(i).omega == 0.0).collect();
+    for i in straight {
+        let step = rollouts.twist(i).v * 0.1;
+        assert!(rollouts.touches(i));
+        // Within two steps before the contact: one is the step itself, the other what is taken off per step.
+        let arc = rollouts.free_arc_m(i);
+        assert!(arc <= 1.75 && arc > 1.75 - 2.0 * step, "{arc}");
+    }
+    assert!(rollouts.admissible().all(|i| !rollouts.touches(i)));
+}
+
+#[test]
+fn the_braking_rule_by_clearance_is_the_printed_one() {
+    // A lane of 1 m, the robot in its middle: clearance 0.25 m, so v ≤ √(2·0.25·0.5) = 0.5 m/s.
+    let mut grid = OccupancyGrid::empty(30, 3, 1.0);
+    for col in 0..30 {
+        grid.set_occupied(Cell { col, row: 0 });
+        grid.set_occupied(Cell { col, row: 2 });
+    }
+    let (belief, robot) = (belief(&grid), Robot::default());
+    let fastest = |braking_distance, clip, turn| {
+        let mut window = DynamicWindow::new(Settings {
+            braking_distance,
+            braking_clip_m: clip,
+            braking_turn: turn,
+            speed: Spacing::Step(0.01),
+            ..settings()
+        });
+        let observation = observe(&belief, &robot, Pose::new(10.0, 1.5, 0.0), Twist { v: 0.51, omega: 0.0 }, &[]);
+        let rollouts = window.roll(&observation);
+        rollouts.admissible().map(|i| rollouts.twist(i).v).fold(0.0, math::max)
+    };
+    let off = BrakingTurn::Off;
+    assert!((fastest(BrakingDistance::Clearance, None, off) - 0.5).abs() < 0.011);
+    assert!((fastest(BrakingDistance::Arc, None, off) - 0.56).abs() < 1e-9);
+    // Cut at 0.27 m: √(2·0.27·0.5) = 0.5196.
+    assert!((fastest(BrakingDistance::Arc, Some(0.27), off) - 0.51).abs() < 0.011);
+}
+
+#[test]
+fn terms_are_normalised_over_the_admissible_rollouts_and_ties_are_specified() {
+    let twist = |v, omega| Twist { v, omega };
+    let mut rollouts = Rollouts::new();
+    rollouts.twists = vec![twist(0.1, 0.0), twist(0.2, -0.3), twist(0.2, 0.3), twist(0.2, 0.1), twist(0.9, 0.0)];
+    rollouts.admissible = vec![0, 1, 2, 3];
+    let mut score = Score::default();
+
+    // Speeds 0.1, 0.2, 0.2, 0.2 sum to 0.7; the inadmissible 0.9 counts for nothing.
+    let mut scoring = score.over(&rollouts);
+    scoring.add(2.0, |i| rollouts.twist(i).v);
+    for (i, expected) in [2.0 / 7.0, 4.0 / 7.0, 4.0 / 7.0, 4.0 / 7.0, 0.0].into_iter().enumerate() {
+        assert!((scoring.score(i) - expected).abs() < 1e-12, "{i}");
+    }
+    // A term that is 0 everywhere adds 0; one that differs multiplies: (1, 3, 3, 3)/10.
+    scoring.add(5.0, |_| 0.0);
+    scoring.multiply(|i| if i == 0 { 1.0 } else { 3.0 });
+    assert!((scoring.score(0) - 0.2 / 7.0).abs() < 1e-12 && (scoring.score(1) - 1.2 / 7.0).abs() < 1e-12);
+    // 1, 2 and 3 tie in score and speed: the smallest |ω| wins.
+    assert_eq!(scoring.best(), Some(3));
+
+    // Equal |ω|: the lower index. All scores equal: the larger speed first.
+    rollouts.admissible = vec![0, 1, 2];
+    assert_eq!(score.over(&rollouts).best(), Some(1));
+    // A weight for each rollout.
+    let mut scoring = score.over(&rollouts);
+    scoring.add_weighted(|i| if i == 0 { 9.0 } else { 1.0 }, |_| 1.0);
+    assert_eq!(scoring.best(), Some(0));
+    rollouts.admissible.clear();
+    assert_eq!(score.over(&rollouts).best(), None);
+}
+
+#[test]
+#[should_panic(expected = "a term of the objective is NaN")]
+fn a_term_that_is_not_a_number_is_refused() {
+    let mut rollouts = Rollouts::new();
+    rollouts.twists = vec![Twist::ZERO];
+    rollouts.admissible = vec![0];
+    Score::default().over(&rollouts).add(1.0, |_| f64::NAN);
+}
+
+#[test]
+fn recovery_brakes_as_hard_as_it_can_and_then_turns_on_the_spot() {
+    let (belief, robot) = (open_space(), Robot::default());
+    let target = Vec2::new(20.0, 30.0); // to the left
+    let mut window = DynamicWindow::new(settings());
+    let rolling = observe(&belief, &robot, Pose::new(20.0, 20.0, 0.0), Twist { v: 0.6, omega: 0.0 }, &[]);
+    let recovery = window.recover(&rolling, target);
+    assert!((recovery.command.v - 0.55).abs() < 1e-12); // 0.6 − 0.5·0.1
+    assert!((recovery.command.omega - 0.2).abs() < 1e-12); // 2·0.1: as much towards the target as one tick allows
+    assert!(recovery.rollouts >= 7);
+
+    let standing = observe(&belief, &robot, Pose::new(20.0, 20.0, 0.0), Twist { v: 0.04, omega: 0.0 }, &[]);
+    let recovery = window.recover(&standing, target);
+    assert_eq!(recovery.command, Twist { v: 0.0, omega: 1.0 }); // √(2·2·π/2) = 2.5, the limit is 1
+}
+
+#[test]
+fn recovery_does_not_turn_into_a_wall_while_it_rolls() {
+    // A wall along the left, its face at y = 2.0, the robot's edge 3 cm from it, the target beyond the wall.
+    let mut grid = OccupancyGrid::empty(20, 6, 1.0);
+    for col in 0..20 {
+        grid.set_occupied(Cell { col, row: 2 });
+    }
+    let (belief, robot) = (belief(&grid), Robot::default());
+    let mut pose = Pose::new(3.0, 1.72, 0.0);
+    let mut twist = Twist { v: 0.9, omega: 0.0 };
+    let mut window = DynamicWindow::new(settings());
+    let mut closest = f64::INFINITY;
+    for _ in 0..60 {
+        let recovery = window.recover(&observe(&belief, &robot, pose, twist, &[]), Vec2::new(10.0, 5.0));
+        twist = robot.actuate(twist, recovery.command, 0.1);
+        for _ in 0..10 {
+            pose = pose.advance(twist, 0.01);
+            closest = math::min(closest, static_distance_m(&belief.grid().clone(), pose.position) - robot.radius_m);
+        }
+    }
+    assert!(closest > 0.0, "{closest}");
+    assert!(twist.v == 0.0 && pose.bearing_to(Vec2::new(10.0, 5.0)).abs() < 0.05, "{twist:?} {pose:?}");
+}
+
+#[test]
+fn a_robot_believed_in_contact_may_leave_but_not_go_deeper() {
+    // The face of the wall is at x = 10; at x = 9.76 the edge is believed 1 cm inside it.
+    let mut grid = OccupancyGrid::empty(20, 20, 1.0);
+    for row in 0..20 {
+        grid.set_occupied(Cell { col: 10, row });
+    }
+    let (belief, robot) = (belief(&grid), Robot::default());
+    let admissible = |theta: f64| {
+        let mut window = DynamicWindow::new(settings());
+        let rollouts = window.roll(&observe(&belief, &robot, Pose::new(9.76, 9.5, theta), Twist::ZERO, &[]));
+        let straight_on = |i: &usize| rollouts.twist(*i).v > 0.03 && rollouts.twist(*i).omega == 0.0;
+        (rollouts.admissible().count(), rollouts.admissible().filter(straight_on).count())
+    };
+    assert_eq!(admissible(0.0).1, 0, "not into the wall");
+    assert!(admissible(0.0).0 > 0, "standing and turning");
+    assert!(admissible(math::PI).1 > 0, "away from it");
+}
+
+#[test]
+fn a_believed_twist_outside_the_limits_is_no_panic() {
+    let (belief, robot) = (open_space(), Robot::default());
+    let mut window = DynamicWindow::new(settings());
+    for v in [0.4, 1.6, -0.5, 1.02] {
+        let observation = observe(&belief, &robot, Pose::new(20.0, 20.0, 0.0), Twist { v, omega: 1.7 }, &[]);
+        assert!(!window.roll(&observation).is_empty());
+    }
+}
+
+#[test]
+fn wheel_limits_apply_to_what_is_predicted() {
+    let (belief, robot) = (open_space(), Robot { wheel_speed_max_mps: 0.7, ..Robot::default() });
+    let mut window = DynamicWindow::new(settings());
+    let pose = Pose::new(20.0, 20.0, 0.0);
+    let rollouts = window.roll(&observe(&belief, &robot, pose, Twist { v: 0.6, omega: 0.5 }, &[]));
+    for i in 0..rollouts.len() {
+        let (left, right) = robot.wheel_speeds(rollouts.twist(i));
+        assert!(left <= 0.7 + 1e-12 && right <= 0.7 + 1e-12);
+        let expected = *euler(pose, rollouts.twist(i), 30).last().unwrap();
+        assert!((rollouts.end(i).position - expected.position).norm() < 2e-5, "{:?}", rollouts.twist(i));
+    }
+}

@@ -1,0 +1,5 @@
+//! Pictures and pages made from scenes and traces.
+
+mod svg;
+
+pub use svg::{Caption, draw};

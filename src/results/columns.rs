@@ -1,0 +1,173 @@
+//! The one table of columns: header, README table, reader, writer and summary all come from it.
+
+use super::row::{Row, Value, ending};
+use crate::episode::Outcome;
+use crate::metrics::Metrics;
+use std::fmt::Write;
+
+/// One column of `episodes.csv`.
+#[derive(Debug)]
+pub struct Column {
+    /// Its name, the unit last.
+    pub name: &'static str,
+    /// Its unit; empty for names and counts.
+    pub unit: &'static str,
+    /// What it says, or its formula.
+    pub formula: &'static str,
+    /// Where the definition comes from.
+    pub source: &'static str,
+    /// Its value when the episode failed.
+    pub on_failure: &'static str,
+    pub(super) access: Access,
+}
+
+/// How a column reaches its value in a row.
+#[derive(Debug)]
+pub(super) enum Access {
+    /// A field of the row.
+    Field { get: fn(&Row) -> &dyn Value, get_mut: fn(&mut Row) -> &mut dyn Value },
+    /// A part of the outcome, which is put together again from all such columns.
+    Ending(fn(&Outcome) -> String),
+    /// A field of the metrics: summaries describe it.
+    Metric { get: fn(&Metrics) -> &dyn Value, get_mut: fn(&mut Metrics) -> &mut dyn Value },
+}
+
+impl Column {
+    /// Whether summaries describe this column.
+    pub fn is_metric(&self) -> bool {
+        matches!(self.access, Access::Metric { .. })
+    }
+}
+
+/// The columns that summaries describe, in order.
+pub fn metric_columns() -> impl Iterator<Item = &'static Column> {
+    COLUMNS.iter().filter(|column| column.is_metric())
+}
+
+/// The names of all columns for a sweep over `swept`, in order.
+pub fn header(swept: &[String]) -> impl Iterator<Item = &str> {
+    COLUMNS.iter().map(|column| column.name).chain(swept.iter().map(String::as_str))
+}
+
+/// The table of columns in Markdown, for the README.
+pub fn columns() -> String {
+    let mut table =
+        String::from("| column | unit | meaning | source | when the episode failed |\n|---|---|---|---|---|\n");
+    for Column { name, unit, formula, source, on_failure, .. } in &COLUMNS {
+        // A bar inside a formula would end the table's field.
+        let formula = formula.replace('|', "\\|");
+        writeln!(table, "| `{name}` | {unit} | {formula} | {source} | {on_failure} |")
+            .expect("writing to a string cannot fail");
+    }
+    table.push_str("| one per swept key | | the key's value at this point, as written in the sweep | | as is |\n");
+    table
+}
+
+/// A row of the table: `kind name: "unit", "formula", "source", "value on failure"`.
+///
+/// `field` and `metric` take the struct's field of the same name, so that the two cannot differ.
+macro_rules! table {
+    ($($kind:ident $name:ident: $unit:literal, $formula:literal, $source:literal, $on_failure:literal;)*) => {
+        /// Every column of `episodes.csv` before those of the swept keys, in order.
+        pub static COLUMNS: [Column; [$(stringify!($name)),*].len()] = [$(Column {
+            name: stringify!($name),
+            unit: $unit,
+            formula: $formula,
+            source: $source,
+            on_failure: $on_failure,
+            access: table!(@$kind $name),
+        }),*];
+    };
+    (@field $name:ident) => { Access::Field { get: |row| &row.$name, get_mut: |row| &mut row.$name } };
+    (@metric $name:ident) => { Access::Metric { get: |metrics| &metrics.$name, get_mut: |metrics| &mut metrics.$name } };
+    (@ending $name:ident) => { Access::Ending(ending::$name) };
+}
+
+table! {
+    field scenario: "", "name of the scenario", "", "as is";
+    field point: "", "number of the sweep point, from 0", "", "as is";
+    field stack: "", "unique name of the stack", "", "as is";
+    field global: "", "global planner; empty without one", "", "as is";
+    field path: "", "path stages joined by `+`; empty without any", "", "as is";
+    field local: "", "local planner", "", "as is";
+    field episode: "", "number of the episode, from 0; with the seed it fixes the world", "", "as is";
+    field seed: "", "seed of the scenario", "", "as is";
+    ending outcome: "", "`success`, `collision`, `timeout`, `stuck`, `no_path`, `planner_error` or `infeasible_world`", "", "as is";
+    ending message: "", "what went wrong, in words", "", "may be empty";
+    ending success: "", "1 if the goal was reached within its tolerance, before the time-out and without contact, else 0", "Arena-Rosnav, BARN", "0";
+    ending collided_with: "", "`known_static`, `unknown_static`, `dynamic` or `boundary`", "", "empty without collision";
+    ending at_rest: "", "1 if the robot stood still when it was hit, else 0", "", "empty without collision";
+    metric time_s: "s", "simulated time from the first tick until the episode ended: ticks · dt", "Arena-Rosnav", "until the end";
+    metric length_m: "m", "length of the driven path: Σ |v| dt", "all peers", "until the end";
+    metric shortest_m: "m", "lower bound of every collision-free drive: any-angle optimum of a point on the true static map, cells blocked only where the whole square lies within the inscribed radius of an obstacle; empty where it is not computed", "Anderson et al. 2018", "as is";
+    metric spl: "", "success · shortest_m / max(length_m, shortest_m)", "Anderson et al. 2018", "0; empty where shortest_m is";
+    metric planned_length_m: "m", "length of the first planned path", "Bench-MR", "empty without a path";
+    metric planned_turns: "", "interior vertices of the first planned path with a change of direction above 1e-6 rad", "Bench-MR", "empty without a path";
+    metric turning_points: "", "maximal runs of ticks with one sign of yaw rate, |ω| ≥ 0.05 rad/s, that turn the heading by at least 5°", "Bench-MR, thresholds our own", "until the end";
+    metric turning_angle_deg: "deg", "Σ |Δθ| of the driven trajectory", "HuNavSim", "until the end";
+    metric goal_error_m: "m", "distance of the robot's centre to the goal at the end", "", "at the end";
+    metric clearance_min_m: "m", "smallest distance at any moment from the footprint's edge to any obstacle; negative in penetration", "Bench-MR", "until the end";
+    metric clearance_mean_m: "m", "mean of that distance at the ends of the ticks", "Bench-MR", "until the end";
+    metric near_miss_s: "s", "time with a clearance below `metrics.near_miss_m`, judged at the end of each tick", "MRPB", "until the end";
+    metric ttc_min_s: "s", "smallest time to collision with a mover, constant twist and velocity, looked 10 s ahead; empty if none", "Hayward 1972", "until the end";
+    metric encounters: "", "movers and unknown statics whose surface came within `metrics.encounter_m`", "", "until the end";
+    metric speed_mean_mps: "m/s", "length_m / time_s; empty if no time passed", "", "until the end";
+    metric stopped_s: "s", "time with |v| < 0.01 m/s and |ω| < 0.02 rad/s", "HuNavSim", "until the end";
+    metric curvature_max_1pm: "1/m", "largest |ω / v| over the ticks with |v| ≥ 0.05 m/s; empty if there is none", "Bench-MR, of exact arcs", "until the end";
+    metric jerk_rms_mps3: "m/s³", "root mean square of the second difference of the true speed by dt²; empty below two ticks", "Navigation2 #3239", "until the end";
+    metric path_deviation_mean_m: "m", "mean distance to the path in force, over the ticks that had one", "", "until the end; empty without a path";
+    metric expanded: "", "nodes expanded by the global planner, all searches, re-expansions included", "Bench-MR, PathBench", "until the end";
+    metric generated: "", "nodes generated by the global planner, all searches", "", "until the end";
+    metric replans: "", "searches after the first", "", "until the end";
+    metric rollouts: "", "trajectories simulated by the local planner", "", "until the end";
+    metric recoveries: "", "ticks on which the local planner found no admissible command", "", "until the end";
+    metric path_nodes: "", "vertices of the first planned path, start and goal included", "Qin et al. 2026", "empty without a path";
+    metric risky_nodes: "", "vertices of the first planned path beside a segment with a clearance below half a cell", "Qin et al. 2026", "empty without a path";
+    metric turning_steps: "", "ticks with |Δθ| > 0.5°", "Zhu et al. 2025", "until the end";
+    metric ticks: "", "ticks driven", "", "until the end";
+    field world_digest: "", "digest of the world before the first tick, equal for all stacks", "", "empty without a world";
+    field trace_digest: "", "digest of everything that happened", "", "empty without a trace";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_columns_are_those_of_the_contract_in_its_order() {
+        // Written down a second time on purpose: this is the contract of episodes.csv.
+        let contract = "scenario, point, stack, global, path, local, episode, seed, outcome, message, success, collided_with, \
+            at_rest, time_s, length_m, shortest_m, spl, planned_length_m, planned_turns, turning_points, turning_angle_deg, \
+            goal_error_m, clearance_min_m, clearance_mean_m, near_miss_s, ttc_min_s, encounters, speed_mean_mps, stopped_s, \
+            curvature_max_1pm, jerk_rms_mps3, path_deviation_mean_m, expanded, generated, replans, rollouts, recoveries, \
+            path_nodes, risky_nodes, turning_steps, ticks, world_digest, trace_digest, robot.radius_m, planner";
+        let swept = ["robot.radius_m".to_owned(), "planner".to_owned()];
+        assert_eq!(header(&swept).collect::<Vec<_>>().join(", "), contract);
+    }
+
+    #[test]
+    fn the_readme_table_has_one_row_of_five_fields_per_column() {
+        let table = columns();
+        let rows: Vec<&str> = table.lines().collect();
+        assert_eq!(rows.len(), 2 + COLUMNS.len() + 1);
+        for row in rows {
+            assert_eq!(row.replace("\\|", "").matches('|').count(), 6, "{row}");
+        }
+    }
+
+    #[test]
+    fn every_column_says_what_it_means_and_a_unit_in_its_name_is_stated() {
+        for column in &COLUMNS {
+            assert!(!column.formula.is_empty() && !column.on_failure.is_empty(), "{}", column.name);
+            let unit = column.name.rsplit('_').next().unwrap_or_default();
+            let stated = match unit {
+                "s" | "m" | "deg" => unit,
+                "mps" => "m/s",
+                "1pm" => "1/m",
+                "mps3" => "m/s³",
+                _ => "",
+            };
+            assert_eq!(column.unit, stated, "{}", column.name);
+        }
+    }
+}

@@ -1,0 +1,233 @@
+//! What makes two runs the same run, and the manifest that remembers it.
+
+use super::ResultsError;
+use crate::clock;
+use serde::{Deserialize, Serialize};
+use serde_yaml::Value;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::PathBuf;
+
+/// Differences named in one message; more are counted.
+const DIFFERENCES_MAX: usize = 5;
+
+/// What makes two runs the same run: then their rows are the same bytes.
+///
+/// The number of episodes is no part of it, since more may be added: the key `episodes` at the top
+/// of the resolved scenario is passed over.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Identity {
+    /// Version of simrun.
+    pub version: String,
+    /// FNV-1a hash of the executable, 16 hexadecimal digits.
+    pub build: String,
+    /// Seed of the scenario.
+    pub seed: u64,
+    /// Names of the stacks, in order.
+    pub stacks: Vec<String>,
+    /// FNV-1a hash of `scenario`, 16 hexadecimal digits.
+    pub scenario_hash: String,
+    /// The scenario with every default, as YAML text.
+    pub scenario: String,
+}
+
+impl Identity {
+    /// The identity of a run of this very program.
+    ///
+    /// # Errors
+    /// If the program's own file cannot be read.
+    pub fn new(scenario: &str, seed: u64, stacks: Vec<String>) -> Result<Self, ResultsError> {
+        let program = program();
+        let build = File::open(&program).and_then(hash).map_err(ResultsError::io("read", &program))?;
+        let scenario_hash = hash(scenario.as_bytes()).expect("reading from memory cannot fail");
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        Ok(Self { version, build, seed, stacks, scenario_hash, scenario: scenario.to_owned() })
+    }
+
+    /// How `other` differs, in words; empty if it is the same run.
+    pub(super) fn differences(&self, other: &Self) -> Vec<String> {
+        let mut found = Vec::new();
+        if self.scenario != other.scenario {
+            match (serde_yaml::from_str(&self.scenario), serde_yaml::from_str(&other.scenario)) {
+                (Ok(there), Ok(here)) => compare_values(&mut String::new(), &there, &here, &mut found),
+                _ => found.push("the scenario".to_owned()),
+            }
+        }
+        let mut field = |what: &str, there: String, here: String| {
+            if there != here {
+                found.push(format!("{what}: {there} there, {here} here"));
+            }
+        };
+        field("the seed", self.seed.to_string(), other.seed.to_string());
+        field("the stacks", self.stacks.join(", "), other.stacks.join(", "));
+        field("the version of simrun", self.version.clone(), other.version.clone());
+        field("the build of simrun", self.build.clone(), other.build.clone());
+        if found.len() > DIFFERENCES_MAX {
+            let more = found.len() - DIFFERENCES_MAX;
+            found.truncate(DIFFERENCES_MAX);
+            found.push(format!("and {more} more"));
+        }
+        found
+    }
+}
+
+/// Appends the differing keys below `path`.
+fn compare_values(path: &mut String, there: &Value, here: &Value, found: &mut Vec<String>) {
+    if there == here {
+        return;
+    }
+    let length = path.len();
+    match (there, here) {
+        (Value::Mapping(a), Value::Mapping(b)) => {
+            let added = b.iter().filter(|(key, _)| !a.contains_key(*key));
+            for (key, _) in a.iter().chain(added) {
+                let name = short(key);
+                if length == 0 && name == "episodes" {
+                    continue;
+                }
+                if length > 0 {
+                    path.push('.');
+                }
+                path.push_str(&name);
+                match (a.get(key), b.get(key)) {
+                    (Some(there), Some(here)) => compare_values(path, there, here, found),
+                    (Some(there), None) => found.push(format!("`{path}`: {} there, absent here", short(there))),
+                    (None, here) => {
+                        found.push(format!("`{path}`: absent there, {} here", here.map_or_else(String::new, short)))
+                    }
+                }
+                path.truncate(length);
+            }
+        }
+        (Value::Sequence(a), Value::Sequence(b)) if a.len() == b.len() => {
+            for (index, (there, here)) in a.iter().zip(b).enumerate() {
+                path.push_str(&format!("[{index}]"));
+                compare_values(path, there, here, found);
+                path.truncate(length);
+            }
+        }
+        _ => found.push(format!("`{path}`: {} there, {} here", short(there), short(here))),
+    }
+}
+
+/// A value as one short line.
+fn short(value: &Value) -> String {
+    let text = serde_yaml::to_string(value).unwrap_or_default();
+    let line = text.trim_end().replace('\n', " ");
+    if line.chars().count() > 60 { line.chars().take(59).chain(['…']).collect() } else { line }
+}
+
+/// The running program's own file.
+fn program() -> PathBuf {
+    // On Linux this is the file that runs even if a newer build has taken its place.
+    let running = PathBuf::from("/proc/self/exe");
+    if running.exists() { running } else { std::env::current_exe().unwrap_or_default() }
+}
+
+/// FNV-1a, 64 bits (Fowler, Noll, Vo), as 16 hexadecimal digits.
+fn hash(mut input: impl Read) -> io::Result<String> {
+    let mut state: u64 = 0xcbf2_9ce4_8422_2325;
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        let bytes = input.read(&mut buffer)?;
+        if bytes == 0 {
+            return Ok(format!("{state:016x}"));
+        }
+        for &byte in &buffer[..bytes] {
+            state = (state ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+}
+
+/// One start of the program; outside the byte contract.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Launch {
+    /// The command line.
+    pub command: Vec<String>,
+    /// Name of the machine; empty where it is unknown.
+    pub host: String,
+    /// Seconds since 1970-01-01 UTC.
+    pub started_unix_s: u64,
+}
+
+impl Launch {
+    /// This start of the program.
+    pub fn current() -> Self {
+        let host = std::fs::read_to_string("/proc/sys/kernel/hostname").or_else(|_| std::env::var("HOSTNAME"));
+        Self {
+            command: std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect(),
+            host: host.unwrap_or_default().trim().to_owned(),
+            started_unix_s: clock::unix_time_s(),
+        }
+    }
+}
+
+/// What `manifest.json` holds: which run the folder belongs to and how it came about.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// The run.
+    pub identity: Identity,
+    /// Episodes per point, as asked for last.
+    pub episodes: u64,
+    /// Every start that wrote here, oldest first.
+    pub launches: Vec<Launch>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn identity(scenario: &str) -> Identity {
+        Identity::new(scenario, 7, vec!["a_star+dwa".to_owned()]).unwrap()
+    }
+
+    #[test]
+    fn the_hash_is_fnv_1a() {
+        // Vectors of the authors' reference (draft-eastlake-fnv).
+        assert_eq!(hash(&b""[..]).unwrap(), "cbf29ce484222325");
+        assert_eq!(hash(&b"a"[..]).unwrap(), "af63dc4c8601ec8c");
+        assert_eq!(hash(&b"foobar"[..]).unwrap(), "85944171f73967e8");
+    }
+
+    #[test]
+    fn the_differing_key_is_named_with_both_values() {
+        let there = identity("robot: {radius_m: 0.25, mass_kg: 3}\nmap: {size: [30, 20]}\nepisodes: 10\n");
+        let here = identity("robot: {radius_m: 0.3}\nmap: {size: [30, 25]}\ngoal: [1, 2]\nepisodes: 20\n");
+        assert_eq!(
+            there.differences(&here),
+            [
+                "`robot.radius_m`: 0.25 there, 0.3 here",
+                "`robot.mass_kg`: 3 there, absent here",
+                "`map.size[1]`: 20 there, 25 here",
+                "`goal`: absent there, - 1 - 2 here",
+            ]
+        );
+    }
+
+    #[test]
+    fn the_number_of_episodes_is_no_difference_but_a_nested_key_of_that_name_is() {
+        assert!(identity("episodes: 10").differences(&identity("episodes: 20")).is_empty());
+        assert_eq!(
+            identity("a: {episodes: 1}").differences(&identity("a: {episodes: 2}")),
+            ["`a.episodes`: 1 there, 2 here"]
+        );
+    }
+
+    #[test]
+    fn seed_stacks_version_and_build_are_named() {
+        let there = identity("a: 1");
+        let here = Identity {
+            seed: 8,
+            stacks: vec!["a_star+dwa".to_owned(), "dijkstra+dwa".to_owned()],
+            version: "0.0.0".to_owned(),
+            build: "0".to_owned(),
+            ..there.clone()
+        };
+        let found = there.differences(&here);
+        let version = env!("CARGO_PKG_VERSION");
+        assert_eq!(found[0], "the seed: 7 there, 8 here");
+        assert_eq!(found[1], "the stacks: a_star+dwa there, a_star+dwa, dijkstra+dwa here");
+        assert_eq!(found[2], format!("the version of simrun: {version} there, 0.0.0 here"));
+        assert_eq!(found[3], format!("the build of simrun: {} there, 0 here", there.build));
+    }
+}

@@ -1,0 +1,175 @@
+//! Results: rows become bytes that are the same for every number of threads and after every interruption.
+//!
+//! A [`Folder`] owns `results/<name>/`. It hands out work in order ([`Folder::take`]), accepts the
+//! answers in any order ([`Folder::submit`]) and writes them in the one order of the contract:
+//!
+//! - `episodes.csv`: one [`Row`] per episode and stack, see [`COLUMNS`];
+//! - `summary.csv`: one [`SummaryRow`] per stack and sweep point, a pure function of the bytes of `episodes.csv`;
+//! - `timings.csv` ([`Timing`]) and `manifest.json` ([`Manifest`]): wall clock, command and host, outside the byte contract.
+//!
+//! ```
+//! use simrun::episode::Outcome;
+//! use simrun::metrics::Metrics;
+//! use simrun::results::{Existing, Folder, Identity, Order, Point, Row, Timing, table};
+//!
+//! # let directory = tempfile::tempdir().unwrap();
+//! let identity = Identity::new("robot: {radius_m: 0.25}", 7, vec!["a_star+dwa".to_owned()])?;
+//! let point = Point { values: vec![], stacks: vec!["a_star+dwa".to_owned()] };
+//! let order = Order::new(vec![], vec![point], 100)?;
+//!
+//! let folder = Folder::open(&directory.path().join("demo"), identity, order, Existing::Continue)?;
+//! std::thread::scope(|scope| {
+//!     for _ in 0..2 {
+//!         scope.spawn(|| {
+//!             while let Some(block) = folder.take() {
+//!                 let episode = block.episode(); // Here a world is built and driven by every stack of the point.
+//!                 let row = Row {
+//!                     scenario: "demo".to_owned(),
+//!                     point: block.point(),
+//!                     stack: "a_star+dwa".to_owned(),
+//!                     global: "a_star".to_owned(),
+//!                     path: String::new(),
+//!                     local: "dwa".to_owned(),
+//!                     episode,
+//!                     seed: 7,
+//!                     outcome: if episode < 90 { Outcome::Success } else { Outcome::Timeout },
+//!                     metrics: Metrics { time_s: Some(12.5), ..Metrics::default() },
+//!                     world_digest: None,
+//!                     trace_digest: None,
+//!                     swept: vec![],
+//!                 };
+//!                 folder.submit(block, &[(row, Timing::default())]).expect("the disk has room");
+//!             }
+//!         });
+//!     }
+//! });
+//! let summary = folder.finish()?.expect("nothing interrupted the run");
+//! assert_eq!(summary[0].success.expect("100 trials").rate, 0.9);
+//! print!("{}", table(&summary));
+//! # Ok::<(), simrun::results::ResultsError>(())
+//! ```
+
+mod columns;
+mod compare;
+mod folder;
+mod identity;
+mod order;
+mod row;
+mod store;
+mod summary;
+mod table;
+mod timings;
+
+pub use columns::{COLUMNS, Column, columns, header, metric_columns};
+pub use compare::{Difference, compare};
+pub use folder::{
+    Block, EPISODES_CSV, Existing, Folder, MANIFEST_JSON, Opened, SUMMARY_CSV, TIMINGS_CSV, WINDOW_BLOCKS,
+};
+pub use identity::{Identity, Launch, Manifest};
+pub use order::{Order, Point};
+pub use row::{Digest, Reader, Row, header_line, read_row, write_row};
+pub use summary::{Rate, Statistics, SummaryRow, summarise, write_summary};
+pub use table::table;
+pub use timings::Timing;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why an `episodes.csv` cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The file could not be read.
+    #[error(transparent)]
+    Io(io::Error),
+    /// There is no header.
+    #[error("the file is empty")]
+    Empty,
+    /// A line is not what it should be.
+    #[error("line {line}: {message}")]
+    Line {
+        /// Number of the line, from 1.
+        line: u64,
+        /// What is wrong with it.
+        message: String,
+    },
+}
+
+/// Why results could not be written or read. The files are as they were before the failed step.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultsError {
+    /// The system refused.
+    #[error("cannot {action} `{}`: {source}", path.display())]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Another run holds the folder's lock.
+    #[error("`{}` is in use by another run: wait for it, or write elsewhere with --out", folder.display())]
+    Locked {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The folder holds results of another run.
+    #[error("`{}` holds results of another run: {}. Write elsewhere with --out, or replace them with --force",
+        folder.display(), differences.join("; "))]
+    Different {
+        /// The folder.
+        folder: PathBuf,
+        /// Each difference in words: what, there, here.
+        differences: Vec<String>,
+    },
+    /// The folder holds an `episodes.csv` that cannot be recognised.
+    #[error("`{}` holds an episodes.csv that cannot be continued: {reason}. Write elsewhere with --out, or replace it with --force",
+        folder.display())]
+    Foreign {
+        /// The folder.
+        folder: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+    /// The folder holds more episodes than were asked for.
+    #[error("`{}` holds {present} episodes per point, {asked} were asked for: ask for at least {present}, \
+        write elsewhere with --out, or replace them with --force", folder.display())]
+    TooManyEpisodes {
+        /// The folder.
+        folder: PathBuf,
+        /// Episodes of the first point in the file.
+        present: u64,
+        /// Episodes asked for.
+        asked: u64,
+    },
+    /// An interrupted extension must be finished before the next.
+    #[error("`{}` is being extended to {episodes} episodes per point: finish that first with --episodes {episodes}, \
+        or replace everything with --force", folder.display())]
+    UnfinishedExtension {
+        /// The folder.
+        folder: PathBuf,
+        /// The number of episodes it is being extended to.
+        episodes: u64,
+    },
+    /// A file cannot be read as results.
+    #[error("`{}`: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: ReadError,
+    },
+    /// A swept key would make two columns of one name.
+    #[error("the swept key `{0}` is already the name of a column")]
+    SweptKey(String),
+    /// The run had failed before.
+    #[error("the run has failed: {0}")]
+    Failed(String),
+}
+
+impl ResultsError {
+    /// Names what was done to which file, for `map_err`.
+    fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::Io { action, path: path.to_owned(), source }
+    }
+}

@@ -1,0 +1,196 @@
+//! Files that a kill or a full disk leaves whole.
+
+use super::ResultsError;
+use crate::clock::Stopwatch;
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::Path;
+
+/// Least time between two synchronisations with the disk, s.
+const SYNC_INTERVAL_S: f64 = 1.0;
+
+/// What blocks are appended to: a file, or a test's stand-in for one.
+pub(super) trait Sink: Write {
+    /// Shortens the file to `len` bytes; what is written next follows there.
+    fn cut(&mut self, len: u64) -> io::Result<()>;
+    /// Brings everything to the disk.
+    fn sync(&mut self) -> io::Result<()>;
+}
+
+/// A file opened for appending: writes go to its end, wherever a cut has moved it.
+impl Sink for File {
+    fn cut(&mut self, len: u64) -> io::Result<()> {
+        self.set_len(len)
+    }
+
+    fn sync(&mut self) -> io::Result<()> {
+        self.sync_data()
+    }
+}
+
+/// Appends blocks, each whole or not at all.
+#[derive(Debug)]
+pub(super) struct Appender<S> {
+    sink: S,
+    /// Bytes of whole blocks.
+    len: u64,
+    is_dirty: bool,
+    since_sync: Stopwatch,
+}
+
+impl<S: Sink> Appender<S> {
+    /// Goes on behind the first `len` bytes; what follows them is cut.
+    pub fn new(mut sink: S, len: u64) -> io::Result<Self> {
+        sink.cut(len)?;
+        Ok(Self { sink, len, is_dirty: false, since_sync: Stopwatch::start() })
+    }
+
+    /// An appender to a sink that cannot be cut.
+    #[cfg(test)]
+    pub fn unchecked(sink: S) -> Self {
+        Self { sink, len: 0, is_dirty: false, since_sync: Stopwatch::start() }
+    }
+
+    /// Appends a block with one write and syncs if the last time is long ago.
+    ///
+    /// # Errors
+    /// If not all of it could be written; what was written of it is cut back.
+    pub fn append(&mut self, block: &[u8]) -> io::Result<()> {
+        // One write as a rule; more only where the system took a part of it.
+        if let Err(error) = self.sink.write_all(block) {
+            // If this fails too, the next start cuts the incomplete block.
+            let _ = self.sink.cut(self.len);
+            return Err(error);
+        }
+        self.len += block.len() as u64;
+        self.is_dirty = true;
+        if self.since_sync.elapsed_s() >= SYNC_INTERVAL_S { self.sync() } else { Ok(()) }
+    }
+
+    /// Brings everything appended to the disk.
+    pub fn sync(&mut self) -> io::Result<()> {
+        if self.is_dirty {
+            self.sink.sync()?;
+            self.is_dirty = false;
+            self.since_sync = Stopwatch::start();
+        }
+        Ok(())
+    }
+}
+
+/// Opens a file for appending, creates it if it is not there, and keeps its first `len` bytes.
+pub(super) fn appender(path: &Path, len: u64) -> Result<Appender<File>, ResultsError> {
+    let open = || Appender::new(File::options().create(true).append(true).open(path)?, len);
+    open().map_err(ResultsError::io("write", path))
+}
+
+/// Bytes up to and including the last newline.
+pub(super) fn whole_lines(file: &mut File) -> io::Result<u64> {
+    const STEP: u64 = 1 << 16;
+    let mut end = file.seek(SeekFrom::End(0))?;
+    let mut buffer = Vec::new();
+    while end > 0 {
+        let begin = end.saturating_sub(STEP);
+        buffer.clear();
+        file.seek(SeekFrom::Start(begin))?;
+        Read::by_ref(file).take(end - begin).read_to_end(&mut buffer)?;
+        if let Some(last) = buffer.iter().rposition(|&byte| byte == b'\n') {
+            return Ok(begin + last as u64 + 1);
+        }
+        end = begin;
+    }
+    Ok(0)
+}
+
+/// Puts a file in place as a whole: a reader sees the old content or the new, never a part.
+pub(super) fn replace(path: &Path, content: &[u8]) -> Result<(), ResultsError> {
+    let fresh = path.with_extension("new");
+    let write = || {
+        let mut file = File::create(&fresh)?;
+        file.write_all(content)?;
+        file.sync_all()?;
+        std::fs::rename(&fresh, path)
+    };
+    write().map_err(ResultsError::io("write", path))
+}
+
+/// Removes a file if it is there.
+pub(super) fn remove(path: &Path) -> Result<(), ResultsError> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(ResultsError::io("remove", path)(error)),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disk with room for so many bytes.
+    struct SmallDisk {
+        content: Vec<u8>,
+        room: usize,
+    }
+
+    impl Write for SmallDisk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let taken = bytes.len().min(self.room - self.content.len());
+            if taken == 0 && !bytes.is_empty() {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            self.content.extend(&bytes[..taken]);
+            Ok(taken)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    impl Sink for &mut SmallDisk {
+        fn cut(&mut self, len: u64) -> io::Result<()> {
+            self.content.truncate(len as usize);
+            Ok(())
+        }
+
+        fn sync(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_block_that_the_disk_takes_in_part_is_cut_back() {
+        for room in 0..16 {
+            let mut disk = SmallDisk { content: b"head\n".to_vec(), room: 5 + room };
+            let mut appender = Appender::new(&mut disk, 5).unwrap();
+            let blocks: [&[u8]; 3] = [b"one\n", b"two\n", b"three\n"];
+            let results = blocks.map(|block| appender.append(block).map_err(|error| error.kind()));
+            // Blocks of 4, 4 and 6 bytes; a later, smaller one never slips in behind a failed one here.
+            let whole = [4, 8, 14].iter().filter(|&&end| end <= room).count();
+            for (index, result) in results.iter().enumerate() {
+                assert_eq!(
+                    *result,
+                    if index < whole { Ok(()) } else { Err(io::ErrorKind::StorageFull) },
+                    "room {room}"
+                );
+            }
+            assert_eq!(disk.content, [b"head\n", blocks[..whole].concat().as_slice()].concat());
+        }
+    }
+
+    #[test]
+    fn whole_lines_end_at_the_last_newline_however_far_back_it_is() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("file");
+        for (content, expected) in [
+            (Vec::new(), 0),
+            (b"abc".to_vec(), 0),
+            (b"abc\n".to_vec(), 4),
+            ([b"abc\n".to_vec(), vec![b'x'; 200_000]].concat(), 4),
+            ([vec![b'x'; 65_536], b"\n".to_vec(), vec![b'y'; 65_535]].concat(), 65_537),
+        ] {
+            std::fs::write(&path, &content).unwrap();
+            assert_eq!(whole_lines(&mut File::open(&path).unwrap()).unwrap(), expected);
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! The summary as a table for the terminal.
+
+use super::summary::{Rate, SummaryRow};
+
+/// Columns of text that the table keeps within.
+const WIDTH: usize = 120;
+
+/// Two lines of heading of each column.
+const HEADING: [[&str; 2]; 11] = [
+    ["", "stack"],
+    ["", "n"],
+    ["success %", "[95 % interval]"],
+    ["collision", "(at rest)"],
+    ["", "timeout"],
+    ["", "stuck"],
+    ["", "other"],
+    ["length", "m"],
+    ["time", "s"],
+    ["clearance", "min m"],
+    ["turning", "points"],
+];
+
+/// The summary as aligned text of at most 120 columns, one block per sweep point.
+///
+/// Lengths, times, clearances and turning points are means over the successes; `other` counts `no_path`,
+/// `planner_error` and `infeasible_world`. A stack's name that finds no room stands on a line of its own
+/// (and may be longer).
+pub fn table(summary: &[SummaryRow]) -> String {
+    let cells: Vec<[String; 11]> = summary.iter().map(cells).collect();
+    let mut widths = HEADING.map(|lines| lines.map(|line| line.chars().count()).into_iter().fold(0, usize::max));
+    for row in &cells {
+        for (width, cell) in widths.iter_mut().zip(row).skip(1) {
+            *width = (*width).max(cell.chars().count());
+        }
+    }
+    let rest: usize = widths[1..].iter().map(|width| width + 2).sum();
+    let room = WIDTH.saturating_sub(rest);
+    let fitting = cells.iter().map(|row| row[0].chars().count()).filter(|&length| length <= room);
+    widths[0] = fitting.fold(widths[0], usize::max);
+
+    let mut text = String::new();
+    for heading in 0..2 {
+        push_line(&mut text, &HEADING.map(|lines| lines[heading]), &widths);
+    }
+    let mut point = None;
+    for (row, mut cells) in summary.iter().zip(cells) {
+        if point.replace(row.point) != Some(row.point) && !row.swept.is_empty() {
+            let values: Vec<String> = row.swept.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+            text.push_str(&format!("{}:\n", values.join(", ")));
+        }
+        if cells[0].chars().count() > widths[0] {
+            text.push_str(&cells[0]);
+            text.push('\n');
+            cells[0].clear();
+        }
+        push_line(&mut text, &cells.each_ref().map(String::as_str), &widths);
+    }
+    text
+}
+
+/// One line: the first column to the left, the others to the right, two spaces between.
+fn push_line(text: &mut String, cells: &[&str; 11], widths: &[usize; 11]) {
+    let mut line = format!("{:<width$}", cells[0], width = widths[0]);
+    for (cell, &width) in cells.iter().zip(widths).skip(1) {
+        line.push_str(&format!("  {cell:>width$}"));
+    }
+    text.push_str(line.trim_end());
+    text.push('\n');
+}
+
+fn cells(row: &SummaryRow) -> [String; 11] {
+    let mean = |name: &str, decimals: usize| {
+        row.metric(name).mean.map_or_else(|| "-".to_owned(), |mean| format!("{mean:.decimals$}"))
+    };
+    let success = row.success.map_or_else(
+        || "-".to_owned(),
+        |Rate { rate, low, high }| format!("{:.1} [{:.0}, {:.0}]", rate * 100.0, low * 100.0, high * 100.0),
+    );
+    let collision = match (row.count("collision"), row.collision_at_rest) {
+        (all, 0) => all.to_string(),
+        (all, at_rest) => format!("{all} ({at_rest})"),
+    };
+    let other = row.count("no_path") + row.count("planner_error") + row.count("infeasible_world");
+    [
+        row.stack.clone(),
+        row.n.to_string(),
+        success,
+        collision,
+        row.count("timeout").to_string(),
+        row.count("stuck").to_string(),
+        other.to_string(),
+        mean("length_m", 2),
+        mean("time_s", 1),
+        mean("clearance_min_m", 2),
+        mean("turning_points", 1),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::episode::Outcome;
+    use crate::results::{Statistics, metric_columns};
+
+    fn row(stack: &str, point: u32) -> SummaryRow {
+        let mean = |name: &str| match name {
+            "length_m" => Some(43.267),
+            "time_s" => Some(87.12),
+            "clearance_min_m" => Some(0.254),
+            "turning_points" => Some(6.25),
+            _ => None,
+        };
+        SummaryRow {
+            scenario: "warehouse".to_owned(),
+            point,
+            stack: stack.to_owned(),
+            n: 121,
+            outcomes: [116, 2, 1, 1, 0, 0, 1],
+            collision_at_rest: 1,
+            success: Some(Rate { rate: 116.0 / 120.0, low: 0.9174, high: 0.987 }),
+            spl: None,
+            metrics: metric_columns().map(|c| Statistics { mean: mean(c.name), ..Statistics::default() }).collect(),
+            swept: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn columns_are_aligned() {
+        let mut none = row("dijkstra+pure_pursuit", 0);
+        none.outcomes = [0; Outcome::NAMES.len()];
+        (none.success, none.collision_at_rest, none.n) = (None, 0, 0);
+        none.metrics = metric_columns().map(|_| Statistics::default()).collect();
+        let expected = [
+            "                                  success %  collision                         length  time  clearance  turning",
+            "stack                    n  [95 % interval]  (at rest)  timeout  stuck  other       m     s      min m   points",
+            "a_star+dwa             121    96.7 [92, 99]      2 (1)        1      1      1   43.27  87.1       0.25      6.2",
+            "dijkstra+pure_pursuit    0                -          0        0      0      0       -     -          -        -",
+        ];
+        assert_eq!(table(&[row("a_star+dwa", 0), none]).lines().collect::<Vec<_>>(), expected);
+    }
+
+    #[test]
+    fn long_names_stand_alone_and_points_have_titles() {
+        let long = "improved_dijkstra+line_of_sight+b_spline+follow_dwa";
+        let mut rows = [row("a_star+dwa", 0), row(long, 0), row("a_star+dwa", 1)];
+        for row in &mut rows {
+            row.swept = vec![("robot.radius_m".to_owned(), format!("0.{}", row.point + 2))];
+        }
+        let text = table(&rows);
+        assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+        let titles: Vec<&str> = text.lines().filter(|line| line.ends_with(':')).collect();
+        assert_eq!(titles, ["robot.radius_m = 0.2:", "robot.radius_m = 0.3:"]);
+        let name = text.lines().position(|line| line == long).expect("the name is on its own line");
+        assert!(text.lines().nth(name + 1).unwrap().trim_start().starts_with("121"));
+    }
+}

@@ -1,0 +1,139 @@
+//! Why a scenario was refused, shown where it stands in the file.
+
+use super::key_path::KeyPath;
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
+use std::fmt;
+use std::ops::Range;
+
+/// Why a scenario was refused: what was found and where, what was expected, and what to do.
+///
+/// [`Display`](fmt::Display) shows it like a compiler does, in plain text; [`render`](Self::render)
+/// also in colour.
+#[derive(Clone, Debug)]
+pub struct ScenarioError(Box<Diagnosis>);
+
+#[derive(Clone, Debug)]
+struct Diagnosis {
+    title: String,
+    keys: Vec<(KeyPath, Option<String>)>,
+    label: String,
+    notes: Vec<String>,
+    help: Vec<String>,
+    place: Place,
+}
+
+/// Where the fault stands.
+#[derive(Clone, Debug)]
+enum Place {
+    /// Not looked up yet.
+    Unknown,
+    /// In a file, without a line (the whole of it, or something that is not there).
+    File(String),
+    /// In a text: the bytes `span` of it. `file` is absent for what was typed on the command line.
+    Text { file: Option<String>, text: String, span: Range<usize> },
+}
+
+impl ScenarioError {
+    /// An error with its first line: one sentence without full stop.
+    pub(super) fn new(title: impl Into<String>) -> Self {
+        Self(Box::new(Diagnosis {
+            title: title.into(),
+            keys: Vec::new(),
+            label: String::new(),
+            notes: Vec::new(),
+            help: Vec::new(),
+            place: Place::Unknown,
+        }))
+    }
+
+    /// Names a key at fault. Of several, the one that was edited is shown, else the first in the file.
+    pub(super) fn key(mut self, key: KeyPath) -> Self {
+        self.0.keys.push((key, None));
+        self
+    }
+
+    /// Names a key at fault, and what to write beside the caret if it is the one that is shown.
+    pub(super) fn key_labelled(mut self, key: KeyPath, label: impl Into<String>) -> Self {
+        self.0.keys.push((key, Some(label.into())));
+        self
+    }
+
+    /// Takes the label of the key number `i`, which is the one that will be shown.
+    pub(super) fn showing(mut self, i: usize) -> Self {
+        if let Some((_, Some(label))) = self.0.keys.get(i) {
+            self.0.label = label.clone();
+        }
+        self
+    }
+
+    /// What to write beside the caret.
+    pub(super) fn label(mut self, label: impl Into<String>) -> Self {
+        self.0.label = label.into();
+        self
+    }
+
+    /// Adds a fact.
+    pub(super) fn note(mut self, note: impl Into<String>) -> Self {
+        self.0.notes.push(note.into());
+        self
+    }
+
+    /// Adds what to do.
+    pub(super) fn help(mut self, help: impl Into<String>) -> Self {
+        self.0.help.push(help.into());
+        self
+    }
+
+    /// Places the error in a text, unless it has a place.
+    pub(super) fn at(mut self, file: Option<String>, text: &str, span: Range<usize>) -> Self {
+        if matches!(self.0.place, Place::Unknown) {
+            self.0.place = Place::Text { file, text: text.to_owned(), span };
+        }
+        self
+    }
+
+    /// Places the error in a file as a whole, unless it has a place.
+    pub(super) fn in_file(mut self, file: impl Into<String>) -> Self {
+        if matches!(self.0.place, Place::Unknown) {
+            self.0.place = Place::File(file.into());
+        }
+        self
+    }
+
+    /// The keys at fault, the most telling first; empty where the file as a whole is.
+    pub fn keys(&self) -> impl ExactSizeIterator<Item = &KeyPath> {
+        self.0.keys.iter().map(|(key, _)| key)
+    }
+
+    /// The first line of the message: what is wrong, in one sentence.
+    pub fn title(&self) -> &str {
+        &self.0.title
+    }
+
+    /// The whole message over several lines, without a line break at the end.
+    pub fn render(&self, colour: bool) -> String {
+        let Diagnosis { title, label, notes, help, place, .. } = &*self.0;
+        let mut group = Group::with_title(Level::ERROR.primary_title(title));
+        match place {
+            Place::Unknown => {}
+            Place::File(file) => group = group.element(Origin::path(file)),
+            Place::Text { file, text, span } => {
+                let mark = AnnotationKind::Primary.span(span.clone()).label(label);
+                let snippet = Snippet::source(text).line_numbering(file.is_some()).path(file.as_ref());
+                group = group.element(snippet.annotation(mark));
+            }
+        }
+        group = group.elements(notes.iter().map(|note| Level::NOTE.message(note)));
+        group = group.elements(help.iter().map(|help| Level::HELP.message(help)));
+        let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
+        renderer.render(&[group])
+    }
+}
+
+impl fmt::Display for ScenarioError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.render(false))
+    }
+}
+
+impl std::error::Error for ScenarioError {}

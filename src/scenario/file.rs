@@ -1,0 +1,174 @@
+//! A scenario's file: its text, and the edits made to it on the way in.
+
+use super::error::ScenarioError;
+use super::explain::{self, Fault};
+use super::key_path::{self, KeyPath};
+use super::{Edit, Name, Scenario, shape};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// Reads a scenario file with edits and checks everything that can be checked before the first tick.
+///
+/// # Errors
+/// The first fault, placed in the file or at the edit that caused it.
+pub fn load(path: impl Into<PathBuf>, edits: &[Edit]) -> Result<Scenario, ScenarioError> {
+    let file = ScenarioFile::open(path)?;
+    let scenario = file.read(edits)?;
+    file.check(&scenario, edits)?;
+    Ok(scenario)
+}
+
+/// The text of a scenario file, kept so that errors can show the line.
+#[derive(Clone, Debug)]
+pub struct ScenarioFile {
+    path: PathBuf,
+    text: String,
+}
+
+impl ScenarioFile {
+    /// Reads the file, at most as much of it as a scenario may have.
+    ///
+    /// # Errors
+    /// If it cannot be read, is too large, or is not UTF-8.
+    pub fn open(path: impl Into<PathBuf>) -> Result<Self, ScenarioError> {
+        let path = path.into();
+        let shown = path.display().to_string();
+        let unreadable = |error: std::io::Error| {
+            let refused = ScenarioError::new(format!("cannot read the scenario: {error}")).in_file(&shown);
+            match similar_files(&path) {
+                Some(files) if error.kind() == std::io::ErrorKind::NotFound => refused.help(files),
+                _ => refused,
+            }
+        };
+        let file = std::fs::File::open(&path).map_err(unreadable)?;
+        let mut bytes = Vec::new();
+        file.take(shape::SIZE_MAX_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+        if bytes.len() > shape::SIZE_MAX_BYTES {
+            return Err(shape::too_large().in_file(&shown));
+        }
+        match String::from_utf8(bytes) {
+            Ok(text) => Ok(Self::from_text(path, text)),
+            Err(error) => {
+                let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+                let line = 1 + good.iter().filter(|&&byte| byte == b'\n').count();
+                Err(ScenarioError::new(format!("line {line} holds bytes that are not UTF-8 text"))
+                    .help("is this the right file? Save it as UTF-8")
+                    .in_file(&shown))
+            }
+        }
+    }
+
+    /// A scenario from a text; `path` is what messages show, and where relative paths start.
+    pub fn from_text(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
+        let text = text.into();
+        // Editors of other systems put a byte order mark in front.
+        let text = text.strip_prefix('\u{feff}').map_or_else(|| text.clone(), str::to_owned);
+        Self { path: path.into(), text }
+    }
+
+    /// The folder in which relative paths of the scenario start.
+    pub fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+
+    /// The scenario with `edits` made to it in order, checked by itself (not yet against its map).
+    ///
+    /// # Errors
+    /// The first fault, placed in the file or at the edit that caused it.
+    pub fn read(&self, edits: &[Edit]) -> Result<Scenario, ScenarioError> {
+        let file = self.path.display().to_string();
+        shape::check(&file, &self.text)?;
+        let schema = Scenario::schema();
+        let typed = |text: &str| serde_yaml::from_str::<Scenario>(text);
+        let mut scenario = if edits.is_empty() {
+            typed(&self.text).map_err(|error| explain::typed(&error, &schema, &file, &self.text))?
+        } else {
+            let (tree, landed) = self.edited(edits, &schema)?;
+            // Through a text and not straight from the tree, whose reader tells no key paths.
+            let text = serde_yaml::to_string(&tree).expect("a tree read from YAML can be written as YAML");
+            typed(&text).map_err(|error| {
+                let (refused, _) = Fault::new(&error, &text).explain(&schema);
+                match (edit_of(&refused, &landed), typed(&self.text)) {
+                    (Some((edit, _)), _) => edits[edit].blame(refused, None),
+                    (None, Err(original)) => explain::typed(&original, &schema, &file, &self.text),
+                    // The fault is in none of the edited values: the last edit made it one.
+                    (None, Ok(_)) => edits[edits.len() - 1].blame(refused, None),
+                }
+            })?
+        };
+        if scenario.name == Name::default() {
+            scenario.name = self.stem().map_err(|error| error.in_file(&file))?;
+        }
+        scenario.consistent().map_err(|error| self.place(error, edits))?;
+        Ok(scenario)
+    }
+
+    /// Checks a scenario of this file against its map; see [`Scenario::check`].
+    ///
+    /// # Errors
+    /// The first fault, placed in the file or at the edit that caused it.
+    pub fn check(&self, scenario: &Scenario, edits: &[Edit]) -> Result<(), ScenarioError> {
+        scenario.check(self.folder()).map_err(|error| self.place(error, edits))
+    }
+
+    /// The tree after all edits, and where each of them landed.
+    fn edited(
+        &self,
+        edits: &[Edit],
+        schema: &serde_json::Value,
+    ) -> Result<(serde_yaml::Value, Vec<KeyPath>), ScenarioError> {
+        let file = self.path.display().to_string();
+        let mut tree: serde_yaml::Value =
+            serde_yaml::from_str(&self.text).map_err(|error| explain::shape(&error, &file, &self.text))?;
+        let landed = edits.iter().map(|edit| edit.apply(&mut tree, schema)).collect::<Result<_, _>>()?;
+        Ok((tree, landed))
+    }
+
+    /// Shows an error where its keys stand: at the last edit of one of them, else in the file.
+    fn place(&self, error: ScenarioError, edits: &[Edit]) -> ScenarioError {
+        let landed = self.edited(edits, &Scenario::schema()).map(|(_, landed)| landed).unwrap_or_default();
+        if let Some((edit, key)) = edit_of(&error, &landed) {
+            return edits[edit].blame(error.showing(key), None);
+        }
+        let file = self.path.display().to_string();
+        let written = error.keys().position(|key| key_path::exists(&self.text, key)).unwrap_or(0);
+        let span = error.keys().nth(written).and_then(|key| key_path::locate(&self.text, key));
+        match span {
+            Some(span) => error.showing(written).at(Some(file), &self.text, span),
+            None => error.in_file(file),
+        }
+    }
+
+    /// The file's name without its ending, as the scenario's name.
+    fn stem(&self) -> Result<Name, ScenarioError> {
+        let stem = self.path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        Name::try_from(stem.as_str()).map_err(|_| {
+            ScenarioError::new(format!("the file's name {stem:?} cannot name a folder of results"))
+                .key(KeyPath::parse("name"))
+                .help("add `name: …` to the scenario, of letters, digits, `_`, `-` and `+`, or rename the file")
+        })
+    }
+}
+
+/// The last edit that landed on one of the error's keys (or above or below it), and which key that is.
+fn edit_of(error: &ScenarioError, landed: &[KeyPath]) -> Option<(usize, usize)> {
+    let key_of = |edit: &KeyPath| error.keys().position(|key| !key.is_top() && key.touches(edit));
+    landed.iter().enumerate().rev().find_map(|(i, edit)| Some((i, key_of(edit)?)))
+}
+
+/// A sentence that lists the files beside `path` that are called much like it.
+pub(super) fn similar_files(path: &Path) -> Option<String> {
+    let wanted = path.file_name()?.to_string_lossy().into_owned();
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return Some(format!("there is no folder {}", folder.display()));
+    };
+    let mut names: Vec<(u64, String)> = entries
+        .filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned()))
+        .map(|name| ((strsim::jaro_winkler(&wanted, &name) * 1e6) as u64, name))
+        .filter(|(score, _)| *score > 700_000)
+        .collect();
+    names.sort_by(|a, b| b.0.cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
+    let names: Vec<String> = names.into_iter().take(3).map(|(_, name)| format!("`{name}`")).collect();
+    (!names.is_empty()).then(|| format!("did you mean {}?", names.join(" or ")))
+}

@@ -1,0 +1,142 @@
+//! The first look at a scenario's text, before its types: size, nesting, YAML syntax, keys written
+//! twice, tags, numbers that are none.
+
+use super::error::ScenarioError;
+use super::explain;
+use serde::de::{DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess, Visitor};
+use std::collections::BTreeSet;
+use std::fmt;
+
+/// Largest scenario file, bytes. Maps and recordings are files of their own and not counted.
+pub(super) const SIZE_MAX_BYTES: usize = 1 << 20;
+
+/// Deepest nesting of lists and keys. Real scenarios stay below 10.
+const DEPTH_MAX: usize = 32;
+
+/// Most opening brackets in one file. The YAML scanner takes time that grows with the square of how
+/// many stand open (a second for 10⁵), and this bounds that without parsing quotes and comments.
+const BRACKETS_MAX: usize = 20_000;
+
+/// Refuses what is too large or not well-formed.
+pub(super) fn check(file: &str, text: &str) -> Result<(), ScenarioError> {
+    if text.len() > SIZE_MAX_BYTES {
+        return Err(too_large().in_file(file));
+    }
+    if let Some((open, _)) = text.match_indices(['[', '{']).nth(BRACKETS_MAX) {
+        return Err(ScenarioError::new(format!("more than {BRACKETS_MAX} opening brackets"))
+            .label("one too many")
+            .help("move long lists into files of their own")
+            .at(Some(file.to_owned()), text, open..open + 1));
+    }
+    if text.lines().all(|line| matches!(line.trim_start().chars().next(), None | Some('#'))) {
+        return Err(ScenarioError::new("the scenario is empty").help(SMALLEST).in_file(file));
+    }
+    let walk = Walk { depth_left: DEPTH_MAX };
+    walk.deserialize(serde_yaml::Deserializer::from_str(text)).map_err(|error| explain::shape(&error, file, text))
+}
+
+/// The error for a file of more than [`SIZE_MAX_BYTES`].
+pub(super) fn too_large() -> ScenarioError {
+    ScenarioError::new(format!("the scenario is larger than {} KiB", SIZE_MAX_BYTES / 1024))
+        .help("is this the right file? Maps and recordings stay in files of their own, which the scenario names")
+}
+
+/// The smallest scenario, for those who have none.
+pub(super) const SMALLEST: &str = "the smallest scenario names a map and the planners to drive with:\n\
+    map: {movingai: {file: my_map.map}}\nstacks: {global: [a_star], local: [dwa]}";
+
+/// Walks over everything and keeps nothing.
+#[derive(Clone, Copy)]
+struct Walk {
+    depth_left: usize,
+}
+
+impl Walk {
+    fn deeper<E: Error>(self) -> Result<Self, E> {
+        let depth_left = self.depth_left.checked_sub(1);
+        depth_left
+            .map(|depth_left| Self { depth_left })
+            .ok_or_else(|| E::custom(format!("lists and keys are nested more than {DEPTH_MAX} deep")))
+    }
+}
+
+impl<'de> DeserializeSeed<'de> for Walk {
+    type Value = ();
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Walk {
+    type Value = ();
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("plain YAML")
+    }
+    fn visit_bool<E: Error>(self, _: bool) -> Result<(), E> {
+        Ok(())
+    }
+    fn visit_u64<E: Error>(self, _: u64) -> Result<(), E> {
+        Ok(())
+    }
+    fn visit_i64<E: Error>(self, _: i64) -> Result<(), E> {
+        Ok(())
+    }
+    fn visit_u128<E: Error>(self, value: u128) -> Result<(), E> {
+        Err(E::custom(format!("the number {value} is too large")))
+    }
+    fn visit_i128<E: Error>(self, value: i128) -> Result<(), E> {
+        Err(E::custom(format!("the number {value} is too large")))
+    }
+    fn visit_f64<E: Error>(self, value: f64) -> Result<(), E> {
+        if value.is_finite() { Ok(()) } else { Err(E::custom("expected a finite number, found no finite one")) }
+    }
+    fn visit_str<E: Error>(self, _: &str) -> Result<(), E> {
+        Ok(())
+    }
+    fn visit_unit<E: Error>(self) -> Result<(), E> {
+        Ok(())
+    }
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<(), A::Error> {
+        let deeper = self.deeper()?;
+        while seq.next_element_seed(deeper)?.is_some() {}
+        Ok(())
+    }
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
+        let deeper = self.deeper()?;
+        let mut seen = BTreeSet::new();
+        while map.next_key_seed(Key { seen: &mut seen })?.is_some() {
+            map.next_value_seed(deeper)?;
+        }
+        Ok(())
+    }
+    fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<(), A::Error> {
+        let (tag, _) = data.variant::<String>()?;
+        Err(A::Error::custom(format!("scenarios use no YAML tags, found `!{tag}`")))
+    }
+}
+
+/// Reads a key and refuses one seen before, at its own position.
+struct Key<'a> {
+    seen: &'a mut BTreeSet<String>,
+}
+
+impl<'de> DeserializeSeed<'de> for Key<'_> {
+    type Value = ();
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        deserializer.deserialize_str(self)
+    }
+}
+
+impl Visitor<'_> for Key<'_> {
+    type Value = ();
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a key")
+    }
+    fn visit_str<E: Error>(self, key: &str) -> Result<(), E> {
+        if self.seen.insert(key.to_owned()) {
+            Ok(())
+        } else {
+            Err(E::custom(format!("the key `{key}` is written twice")))
+        }
+    }
+}

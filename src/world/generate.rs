@@ -1,0 +1,590 @@
+//! Draws a scene from its specification.
+//!
+//! Order: fixed unknown statics, start and goal, reference route, random unknown statics, movers (which
+//! reflect on the statics). Every obstacle draws from a stream of its own, (purpose, entry of the list, number within
+//! the entry): appending one, or raising a count, leaves the bits of the others as they were. (An unknown static
+//! that is added *before* others in the list may push those that it now overlaps to another of their own draws.)
+//!
+//! A scene is feasible if the footprint fits at start and goal and a disc of the clearance below can go
+//! from one to the other over the cell centres of the true map, in which every cell that an unknown static touches
+//! is occupied. The clearance is the larger of footprint radius and inflation, so that what is feasible is
+//! so on the planning grid as well; where a given start or goal lies inside the inflated zone, the footprint alone.
+//! Every draw is bounded; what cannot be placed within [`TRIES`] draws makes the scene infeasible, which is a result.
+
+use super::obstacle::{Mover, SLACK_M, Shape, UnknownStatic};
+use super::route::reference_route;
+use super::scene::Scene;
+use super::spec::{
+    CellPlace, GoalSpec, MovingChoice, PlacementChoice, RandomPlace, SceneSpec, StartSpec, UnknownStaticChoice, moving,
+    unknown_static,
+};
+use super::statics::{StaticMap, Statics};
+use crate::geometry::{Path, Pose, Rect, Vec2, direction};
+use crate::map::connectivity::{Components, passable};
+use crate::map::{Cell, OccupancyGrid};
+use crate::math;
+use crate::quantity::Finite;
+use crate::rng::{EpisodeSeed, Purpose, Stream};
+use crate::robot::Robot;
+use std::sync::Arc;
+
+/// Draws for one start and goal, one unknown static or one mover.
+const TRIES: u32 = 1000;
+
+/// No feasible scene was found: an outcome of the episode, not an error.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct Infeasible {
+    /// What could not be placed.
+    pub message: String,
+}
+
+impl Infeasible {
+    fn new(message: impl Into<String>) -> Self {
+        Self { message: message.into() }
+    }
+}
+
+/// A part of a specification that no draw can mend: what is given cannot stand where it is given.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{key}: {message}")]
+pub struct SceneError {
+    /// The key relative to the scenario's root, such as `start` or `obstacles.moving[2].fixed.position`.
+    pub key: String,
+    /// What is wrong: cell, position, what is in the way.
+    pub message: String,
+}
+
+impl SceneError {
+    fn new(key: impl Into<String>, message: impl Into<String>) -> Self {
+        Self { key: key.into(), message: message.into() }
+    }
+}
+
+impl SceneSpec {
+    /// Checks everything that does not depend on a draw: given places against the map and each other, ranges, velocities.
+    ///
+    /// # Errors
+    /// The first place in file order (start, goal, unknown statics, movers) that cannot be.
+    pub fn check(&self, map: &StaticMap, robot: &Robot) -> Result<(), SceneError> {
+        let unknown = self.obstacles.fixed_statics(&map.grid);
+        let statics = Statics { map, unknown: &unknown };
+        let start = self.start.given(&map.grid);
+        if let Some((position, _)) = start {
+            check_fits("start", position, robot, &statics)?;
+        }
+        if let Some(goal) = self.goal.given(&map.grid) {
+            check_fits("goal", goal, robot, &statics)?;
+        }
+        for (entry, choice) in self.obstacles.unknown_static.iter().enumerate() {
+            let key = format!("obstacles.unknown_static[{entry}].{}", choice.name());
+            match choice {
+                UnknownStaticChoice::fixed(params) => {
+                    let p = params.pose(&map.grid).position;
+                    if map.edge_distance_m(p) < 0.0 {
+                        return Err(SceneError::new(format!("{key}.pose"), outside(p, map)));
+                    }
+                }
+                UnknownStaticChoice::random(params) => {
+                    if let PlacementChoice::on_route(placement) = &params.placement {
+                        let share = placement.share.map(crate::quantity::Fraction::get);
+                        check_range(&format!("{key}.placement.on_route.share"), share)?;
+                    }
+                }
+            }
+        }
+        for (entry, choice) in self.obstacles.moving.iter().enumerate() {
+            let key = format!("obstacles.moving[{entry}].{}", choice.name());
+            match choice {
+                MovingChoice::fixed(params) => {
+                    params.velocity(&map.grid).map_err(|message| SceneError::new(&*key, message))?;
+                    let key = format!("{key}.position");
+                    let position = point(params.position, &map.grid);
+                    let radius = params.radius_m.get();
+                    if params.on_static != moving::OnStatic::Pass {
+                        if map.edge_distance_m(position) < 0.0 {
+                            return Err(SceneError::new(key, outside(position, map)));
+                        }
+                        let gap = statics.distance_m(position) - radius;
+                        if gap < -SLACK_M {
+                            let overlap = format!("overlaps a static obstacle or the map's edge by {:.3} m", -gap);
+                            return Err(SceneError::new(key, format!("the mover {}", at(position, map, &overlap))));
+                        }
+                    }
+                    if let Some((start, _)) = start
+                        && (start - position).norm() < radius + robot.radius_m
+                    {
+                        return Err(SceneError::new(key, "the mover overlaps the robot at its start"));
+                    }
+                }
+                MovingChoice::random(params) => {
+                    check_range(&format!("{key}.speed_mps"), params.speed_mps.map(crate::quantity::NonNegative::get))?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_range(key: &str, [low, high]: [f64; 2]) -> Result<(), SceneError> {
+    if low <= high {
+        return Ok(());
+    }
+    Err(SceneError::new(key, format!("expected [lowest, highest], found [{low}, {high}]")))
+}
+
+/// Whether the footprint fits at `p`.
+fn check_fits(key: &str, p: Vec2, robot: &Robot, statics: &Statics<'_>) -> Result<(), SceneError> {
+    let map = statics.map;
+    let edge = map.edge_distance_m(p);
+    if edge < 0.0 {
+        return Err(SceneError::new(key, outside(p, map)));
+    }
+    let known = map.obstacle_distance_m(p, f64::INFINITY);
+    let hit = if known < robot.radius_m - SLACK_M {
+        ("a known obstacle", known)
+    } else if edge < robot.radius_m - SLACK_M {
+        ("the map's edge", edge)
+    } else if let Some((index, distance)) = statics
+        .unknown
+        .iter()
+        .map(|obstacle| obstacle.distance_m(p))
+        .enumerate()
+        .find(|&(_, distance)| distance < robot.radius_m - SLACK_M)
+    {
+        return Err(SceneError::new(
+            key,
+            at(p, map, &format!("{} unknown static number {index} given in the scenario", reach(robot, distance))),
+        ));
+    } else {
+        return Ok(());
+    };
+    Err(SceneError::new(key, at(p, map, &format!("{} {}", reach(robot, hit.1), hit.0))))
+}
+
+fn reach(robot: &Robot, distance: f64) -> String {
+    if distance <= 0.0 {
+        "lies inside".to_owned()
+    } else {
+        format!("leaves no room for the robot (radius {} m): {distance:.3} m to", robot.radius_m)
+    }
+}
+
+fn at(p: Vec2, map: &StaticMap, what: &str) -> String {
+    let cell = map.grid.cell_at(p);
+    let world = map.grid.frame().point_to_world(p);
+    format!("at [{:.3}, {:.3}], in cell [{}, {}], {what}", world.x, world.y, cell.col, cell.row)
+}
+
+fn outside(p: Vec2, map: &StaticMap) -> String {
+    let (cols, rows) = (map.grid.cols(), map.grid.rows());
+    at(p, map, &format!("lies outside the map of {cols} by {rows} cells"))
+}
+
+fn point(position: [Finite; 2], grid: &OccupancyGrid) -> Vec2 {
+    grid.frame().point_to_grid(Vec2::new(position[0].get(), position[1].get()))
+}
+
+fn centre(cell: CellPlace, grid: &OccupancyGrid) -> Vec2 {
+    let [col, row] = cell.0.map(|n| n.get() as i32);
+    grid.centre(Cell { col, row })
+}
+
+impl StartSpec {
+    /// The given position (grid frame) and heading; `None` where the start is random.
+    fn given(&self, grid: &OccupancyGrid) -> Option<(Vec2, Option<f64>)> {
+        match *self {
+            Self::Random(_) => None,
+            Self::Position(position) => Some((point(position, grid), None)),
+            Self::Pose([x, y, theta]) => {
+                let pose = grid.frame().to_grid(Pose::new(x.get(), y.get(), theta.get()));
+                Some((pose.position, Some(pose.theta)))
+            }
+            Self::Cell(cell) => Some((centre(cell, grid), None)),
+        }
+    }
+}
+
+impl GoalSpec {
+    /// The given position (grid frame); `None` where the goal is random.
+    fn given(&self, grid: &OccupancyGrid) -> Option<Vec2> {
+        match *self {
+            Self::Random(_) => None,
+            Self::Position(position) => Some(point(position, grid)),
+            Self::Cell(cell) => Some(centre(cell, grid)),
+        }
+    }
+}
+
+impl unknown_static::fixed::Params {
+    fn pose(&self, grid: &OccupancyGrid) -> Pose {
+        let [x, y, theta] = self.pose.map(Finite::get);
+        grid.frame().to_grid(Pose::new(x, y, theta))
+    }
+}
+
+impl moving::fixed::Params {
+    /// The velocity in the grid frame, or what is wrong with how it is given.
+    fn velocity(&self, grid: &OccupancyGrid) -> Result<Vec2, &'static str> {
+        let turn = |v: Vec2| grid.frame().point_to_grid(v + grid.frame().origin.position);
+        match (self.velocity_mps, self.speed_mps, self.heading_rad) {
+            (Some([x, y]), None, None) => Ok(turn(Vec2::new(x.get(), y.get()))),
+            (None, Some(speed), Some(heading)) => Ok(turn(speed.get() * direction(heading.get()))),
+            _ => Err("a mover needs either `velocity_mps`, or `speed_mps` with `heading_rad`"),
+        }
+    }
+}
+
+impl super::spec::ObstaclesSpec {
+    fn fixed_statics(&self, grid: &OccupancyGrid) -> Vec<UnknownStatic> {
+        self.unknown_static
+            .iter()
+            .filter_map(|choice| match choice {
+                UnknownStaticChoice::fixed(params) => {
+                    Some(UnknownStatic::new(params.pose(grid), Shape::from(&params.shape)))
+                }
+                UnknownStaticChoice::random(_) => None,
+            })
+            .collect()
+    }
+}
+
+/// The true map while obstacles are being placed, in cells.
+struct Floor<'a> {
+    map: &'a StaticMap,
+    /// Cells that are occupied or touched by an unknown static.
+    occupied: Vec<bool>,
+    /// Cells on whose centre a disc of the clearance fits.
+    passable: Vec<bool>,
+    clearance_m: f64,
+}
+
+impl<'a> Floor<'a> {
+    fn new(map: &'a StaticMap, clearance_m: f64) -> Self {
+        let (occupied, passable) = (map.grid.occupied().to_vec(), passable(&map.field, clearance_m));
+        Self { map, occupied, passable, clearance_m }
+    }
+
+    /// The cells that `obstacle` touches.
+    fn touched(&self, obstacle: &UnknownStatic) -> Vec<Cell> {
+        cells_within(&self.map.grid, obstacle.bounds())
+            .filter(|&cell| obstacle.touches(self.map.grid.square(cell)))
+            .collect()
+    }
+
+    /// Takes in an obstacle and returns the cells that are passable no more.
+    fn add(&mut self, touched: &[Cell]) -> Vec<usize> {
+        let grid = &self.map.grid;
+        let margin = Vec2::new(self.clearance_m, self.clearance_m);
+        let mut blocked = Vec::new();
+        for &cell in touched {
+            let square = grid.square(cell);
+            self.occupied[grid.index(cell)] = true;
+            for near in cells_within(grid, Rect { min: square.min - margin, max: square.max + margin }) {
+                let index = grid.index(near);
+                let distance = square.signed_distance(grid.centre(near));
+                if self.passable[index] && (near == cell || distance < self.clearance_m - SLACK_M) {
+                    self.passable[index] = false;
+                    blocked.push(index);
+                }
+            }
+        }
+        blocked
+    }
+
+    /// Undoes [`Self::add`].
+    fn remove(&mut self, touched: &[Cell], blocked: &[usize]) {
+        for &cell in touched {
+            self.occupied[self.map.grid.index(cell)] = false;
+        }
+        for &index in blocked {
+            self.passable[index] = true;
+        }
+    }
+
+    /// Whether any of the touched cells is occupied already.
+    fn overlaps(&self, touched: &[Cell]) -> bool {
+        touched.iter().any(|&cell| self.occupied[self.map.grid.index(cell)])
+    }
+
+    /// Whether any of the touched cells has an occupied cell or the map's edge among its 8 neighbours.
+    fn adjoins(&self, touched: &[Cell]) -> bool {
+        let grid = &self.map.grid;
+        touched.iter().any(|cell| {
+            (-1..=1).any(|row| {
+                (-1..=1).any(|col| {
+                    let near = Cell { col: cell.col + col, row: cell.row + row };
+                    !grid.contains(near) || self.occupied[grid.index(near)]
+                })
+            })
+        })
+    }
+
+    fn components(&self) -> Components {
+        Components::new(&self.map.grid, &self.passable)
+    }
+}
+
+/// The cells of the grid that `rect` meets.
+fn cells_within(grid: &OccupancyGrid, rect: Rect) -> impl Iterator<Item = Cell> + use<> {
+    let (low, high) = (grid.cell_at(rect.min), grid.cell_at(rect.max));
+    let (cols, rows) = (low.col.max(0)..=high.col.min(grid.cols() - 1), low.row.max(0)..=high.row.min(grid.rows() - 1));
+    rows.flat_map(move |row| cols.clone().map(move |col| Cell { col, row }))
+}
+
+impl Scene {
+    /// Draws the scene of `seed`.
+    ///
+    /// `inflation_m` is that of the planning grid (`planning.inflation_m`). Everything in the scene depends on the
+    /// arguments alone.
+    ///
+    /// # Errors
+    /// [`Infeasible`] where something given or drawn cannot be placed.
+    pub fn generate(
+        spec: &SceneSpec,
+        map: &Arc<StaticMap>,
+        robot: &Robot,
+        inflation_m: f64,
+        seed: EpisodeSeed,
+    ) -> Result<Self, Infeasible> {
+        spec.check(map, robot).map_err(|error| Infeasible::new(error.to_string()))?;
+        let grid = &map.grid;
+        let fixed = spec.obstacles.fixed_statics(grid);
+        let ends = (spec.start.given(grid), spec.goal.given(grid));
+
+        let with_fixed = |clearance_m: f64| {
+            let mut floor = Floor::new(map, clearance_m);
+            for obstacle in &fixed {
+                let touched = floor.touched(obstacle);
+                floor.add(&touched);
+            }
+            floor
+        };
+        let mut floor = with_fixed(math::max(robot.radius_m, inflation_m));
+        let given = [ends.0.map(|(position, _)| position), ends.1];
+        if given.iter().flatten().any(|&p| !floor.passable[grid.index(grid.cell_at(p))]) {
+            floor = with_fixed(robot.radius_m);
+        }
+        for p in given.into_iter().flatten() {
+            // The cell of a given end counts even where only the given point, not its centre, is clear.
+            let index = grid.index(grid.cell_at(p));
+            floor.passable[index] = !floor.occupied[index];
+        }
+
+        let (start, goal) = draw_ends(spec, &floor, seed)?;
+        let theta = match ends.0 {
+            Some((_, Some(theta))) => theta,
+            _ => math::atan2(goal.y - start.y, goal.x - start.x),
+        };
+        let known = passable(&map.field, floor.clearance_m);
+        let reference_route = reference_route(grid, &known, start, goal, seed)
+            .ok_or_else(|| Infeasible::new("start and goal are not connected on the known map"))?;
+        let mut scene = Self {
+            map: Arc::clone(map),
+            start: Pose { position: start, theta },
+            goal,
+            reference_route,
+            unknown_static: Vec::new(),
+            movers: Vec::new(),
+        };
+        let cells = (grid.index(grid.cell_at(start)), grid.index(grid.cell_at(goal)));
+        for (entry, choice) in spec.obstacles.unknown_static.iter().enumerate() {
+            match choice {
+                UnknownStaticChoice::fixed(params) => {
+                    scene.unknown_static.push(UnknownStatic::new(params.pose(grid), Shape::from(&params.shape)));
+                }
+                UnknownStaticChoice::random(params) => {
+                    for number in 0..params.count.get() {
+                        let stream = seed.stream(Purpose::UnknownStatic, entity(entry, number));
+                        let drawn = draw_static(params, &scene, &mut floor, robot, cells, stream);
+                        scene.unknown_static.push(drawn.ok_or_else(|| {
+                            Infeasible::new(format!(
+                                "no place for number {number} of obstacles.unknown_static[{entry}] in {TRIES} draws"
+                            ))
+                        })?);
+                    }
+                }
+            }
+        }
+        for (entry, choice) in spec.obstacles.moving.iter().enumerate() {
+            match choice {
+                MovingChoice::fixed(params) => {
+                    let velocity = params.velocity(grid).map_err(Infeasible::new)?;
+                    let mover = Mover {
+                        position: point(params.position, grid),
+                        velocity,
+                        radius_m: params.radius_m.get(),
+                        on_static: params.on_static,
+                        on_robot: params.on_robot,
+                        yield_distance_m: params.yield_distance_m.get(),
+                    };
+                    let blocked = mover.on_static != moving::OnStatic::Pass
+                        && scene.statics().distance_m(mover.position) < mover.radius_m - SLACK_M;
+                    if blocked || (mover.position - start).norm() < mover.radius_m + robot.radius_m {
+                        return Err(Infeasible::new(format!(
+                            "obstacles.moving[{entry}] begins in the robot or in a random unknown static"
+                        )));
+                    }
+                    scene.movers.push(mover);
+                }
+                MovingChoice::random(params) => {
+                    for number in 0..params.count.get() {
+                        let stream = seed.stream(Purpose::Dynamic, entity(entry, number));
+                        let drawn = draw_mover(params, &scene, robot, stream);
+                        scene.movers.push(drawn.ok_or_else(|| {
+                            Infeasible::new(format!(
+                                "no place for number {number} of obstacles.moving[{entry}] in {TRIES} draws"
+                            ))
+                        })?);
+                    }
+                }
+            }
+        }
+        Ok(scene)
+    }
+}
+
+/// The stream number of one obstacle: entry of the list in the high 16 bits, number within it in the low 32.
+fn entity(entry: usize, number: u32) -> u64 {
+    assert!(entry < 1 << 16, "a list of obstacles has at most 65536 entries");
+    (entry as u64) << 32 | u64::from(number)
+}
+
+/// Start and goal: given as they are, random ones uniform over the passable cell centres that are far enough from the
+/// other end and connected with it.
+fn draw_ends(spec: &SceneSpec, floor: &Floor<'_>, seed: EpisodeSeed) -> Result<(Vec2, Vec2), Infeasible> {
+    let grid = &floor.map.grid;
+    let (start, goal) = (spec.start.given(grid).map(|(position, _)| position), spec.goal.given(grid));
+    let parts = floor.components();
+    let part = |p: Vec2| parts.labels()[grid.index(grid.cell_at(p))];
+    let diagonal = grid.extent_m().norm();
+    let distance_min = |place: &RandomPlace, share: f64| {
+        place.distance_min_m.map_or(share * diagonal, crate::quantity::NonNegative::get)
+    };
+    let candidates: Vec<usize> = (0..floor.passable.len()).filter(|&index| floor.passable[index]).collect();
+    // Each end has a stream of its own, so that giving one leaves the draws of the other.
+    let mut start_stream = seed.stream(Purpose::StartGoal, 0);
+    let mut goal_stream = seed.stream(Purpose::StartGoal, 1);
+    let far_from = |other: Vec2, distance: f64, stream: &mut Stream| {
+        let far: Vec<usize> = candidates
+            .iter()
+            .copied()
+            .filter(|&index| {
+                parts.labels()[index] == part(other)
+                    && (grid.centre(grid.cell(index)) - other).norm() >= distance - SLACK_M
+            })
+            .collect();
+        (!far.is_empty()).then(|| grid.centre(grid.cell(far[stream.index(far.len())])))
+    };
+    match (start, goal, &spec.start, &spec.goal) {
+        (Some(start), Some(goal), ..) => {
+            if part(start) == 0 || part(start) != part(goal) {
+                return Err(Infeasible::new("start and goal are not connected for the robot"));
+            }
+            Ok((start, goal))
+        }
+        (Some(start), None, _, GoalSpec::Random(place)) => far_from(start, distance_min(place, 0.25), &mut goal_stream)
+            .map(|goal| (start, goal))
+            .ok_or_else(|| Infeasible::new("no free cell is connected with the start and far enough from it")),
+        (None, Some(goal), StartSpec::Random(place), _) => far_from(goal, distance_min(place, 0.25), &mut start_stream)
+            .map(|start| (start, goal))
+            .ok_or_else(|| Infeasible::new("no free cell is connected with the goal and far enough from it")),
+        (None, None, StartSpec::Random(from), GoalSpec::Random(to)) if !candidates.is_empty() => {
+            let distance = math::max(distance_min(from, 0.5), distance_min(to, 0.5));
+            for _ in 0..TRIES {
+                let start = grid.centre(grid.cell(candidates[start_stream.index(candidates.len())]));
+                if let Some(goal) = far_from(start, distance, &mut goal_stream) {
+                    return Ok((start, goal));
+                }
+            }
+            Err(Infeasible::new(format!("no connected start and goal at least {distance:.3} m apart in {TRIES} draws")))
+        }
+        _ => Err(Infeasible::new("no free cell for start and goal")),
+    }
+}
+
+/// A random unknown static: on free cells, clear of both ends, start and goal still connected; `None` after too many draws.
+fn draw_static(
+    params: &unknown_static::random::Params,
+    scene: &Scene,
+    floor: &mut Floor<'_>,
+    robot: &Robot,
+    (start, goal): (usize, usize),
+    mut stream: Stream,
+) -> Option<UnknownStatic> {
+    let grid = &scene.map.grid;
+    let shape = Shape::from(&params.shape);
+    let keep = math::max(params.keep_from_ends_m.get(), robot.radius_m);
+    for _ in 0..TRIES {
+        let theta = stream.range(-math::PI, math::PI);
+        let Some(mut position) = draw_position(&params.placement, &scene.reference_route, grid, &mut stream) else {
+            continue;
+        };
+        let mut pose = Pose { position, theta };
+        if params.snap_to_cells {
+            position = grid.centre(grid.cell_at(position));
+            pose = Pose { position, theta: 0.0 };
+        }
+        let obstacle = UnknownStatic::new(pose, shape);
+        if obstacle.distance_m(scene.start.position) < keep || obstacle.distance_m(scene.goal) < keep {
+            continue;
+        }
+        let touched = floor.touched(&obstacle);
+        if touched.is_empty() || floor.overlaps(&touched) || (params.apart_from_obstacles && floor.adjoins(&touched)) {
+            continue;
+        }
+        let blocked = floor.add(&touched);
+        if floor.components().connected(start, goal) {
+            return Some(obstacle);
+        }
+        floor.remove(&touched, &blocked);
+    }
+    None
+}
+
+/// A position of the placement's distribution; `None` where this draw fell outside of it.
+fn draw_position(placement: &PlacementChoice, route: &Path, grid: &OccupancyGrid, stream: &mut Stream) -> Option<Vec2> {
+    let extent = grid.extent_m();
+    match placement {
+        PlacementChoice::anywhere(_) => Some(Vec2::new(stream.range(0.0, extent.x), stream.range(0.0, extent.y))),
+        PlacementChoice::on_route(params) => {
+            let [low, high] = params.share.map(|share| share.get() * route.length());
+            Some(route.point_at(stream.range(low, high)))
+        }
+        PlacementChoice::near_route(params) => {
+            let reach = params.distance_max_m.get();
+            let (mut min, mut max) = (route.start(), route.start());
+            for p in route.vertices() {
+                min = Vec2::new(math::min(min.x, p.x), math::min(min.y, p.y));
+                max = Vec2::new(math::max(max.x, p.x), math::max(max.y, p.y));
+            }
+            let low = Vec2::new(math::max(min.x - reach, 0.0), math::max(min.y - reach, 0.0));
+            let high = Vec2::new(math::min(max.x + reach, extent.x), math::min(max.y + reach, extent.y));
+            let p = Vec2::new(stream.range(low.x, high.x), stream.range(low.y, high.y));
+            (route.project(p).1 <= reach).then_some(p)
+        }
+    }
+}
+
+/// A random mover: clear of every static obstacle and of the robot's start; `None` after too many draws.
+fn draw_mover(params: &moving::random::Params, scene: &Scene, robot: &Robot, mut stream: Stream) -> Option<Mover> {
+    let radius_m = params.radius_m.get();
+    let extent = scene.map.grid.extent_m();
+    let [slowest, fastest] = params.speed_mps.map(crate::quantity::NonNegative::get);
+    let speed = stream.range(slowest, fastest);
+    let velocity = speed * direction(stream.range(-math::PI, math::PI));
+    let keep = params.keep_from_start_m.get() + robot.radius_m + radius_m;
+    (0..TRIES).find_map(|_| {
+        let position = Vec2::new(stream.range(0.0, extent.x), stream.range(0.0, extent.y));
+        let clear =
+            (position - scene.start.position).norm() >= keep && scene.statics().distance_m(position) >= radius_m;
+        clear.then_some(Mover {
+            position,
+            velocity,
+            radius_m,
+            on_static: params.on_static,
+            on_robot: params.on_robot,
+            yield_distance_m: params.yield_distance_m.get(),
+        })
+    })
+}

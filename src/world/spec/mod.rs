@@ -1,0 +1,386 @@
+//! What a scenario says about the world: start, goal, obstacles, sensing.
+//!
+//! Positions are in the world frame (the map's own frame), metres and radians. Every kind of obstacle,
+//! shape and placement is one module with a `Params`; a new kind is one new module and one name in
+//! its `choice!`.
+
+mod place;
+
+pub use place::{CellPlace, GoalSpec, RandomPlace, StartSpec};
+
+use crate::choice::choice;
+use crate::quantity::{Finite, NonNegative, Positive};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use moving::MovingChoice;
+pub use placement::PlacementChoice;
+pub use shape::ShapeChoice;
+pub use unknown_static::UnknownStaticChoice;
+
+/// Everything a scene is made from, beside the map and the robot.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneSpec {
+    /// Where the robot starts (scenario key `start`).
+    pub start: StartSpec,
+    /// Where it is to go (scenario key `goal`).
+    pub goal: GoalSpec,
+    /// What else is there (scenario key `obstacles`).
+    pub obstacles: ObstaclesSpec,
+}
+
+/// Obstacles that the known map does not show (scenario key `obstacles`).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ObstaclesSpec {
+    /// Obstacles that stand still and are unknown until the robot senses them. Default: none.
+    pub unknown_static: Vec<UnknownStaticChoice>,
+    /// Moving discs. Default: none.
+    pub moving: Vec<MovingChoice>,
+}
+
+/// What the robot senses of its surroundings (scenario key `sensing`).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensingSpec {
+    /// An obstacle is sensed while its surface is within this distance of the robot's centre, m: all
+    /// round and through walls. Default: 5.
+    pub range_m: Positive,
+}
+
+impl Default for SensingSpec {
+    fn default() -> Self {
+        Self { range_m: Positive::new(5.0) }
+    }
+}
+
+/// Outlines of obstacles.
+pub mod shape {
+    use super::*;
+
+    choice! {
+        /// The outline of an obstacle.
+        pub enum ShapeChoice: "shape" { disc, rectangle }
+    }
+
+    impl Default for ShapeChoice {
+        fn default() -> Self {
+            Self::rectangle(rectangle::Params { size_m: [Positive::new(1.0), Positive::new(1.0)] })
+        }
+    }
+
+    /// A disc.
+    pub mod disc {
+        use super::*;
+
+        /// Parameters of a disc.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct Params {
+            /// Radius, m.
+            pub radius_m: Positive,
+        }
+    }
+
+    /// A rectangle about its own centre.
+    pub mod rectangle {
+        use super::*;
+
+        /// Parameters of a rectangle.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct Params {
+            /// Sides along the rectangle's own x and y, m.
+            pub size_m: [Positive; 2],
+        }
+    }
+}
+
+/// Where random obstacles are put.
+pub mod placement {
+    use super::*;
+
+    choice! {
+        /// Where random obstacles are put. "The route" is the scene's reference route, which no planner shapes.
+        pub enum PlacementChoice: "placement" { anywhere, near_route, on_route }
+    }
+
+    impl Default for PlacementChoice {
+        fn default() -> Self {
+            Self::anywhere(anywhere::Params {})
+        }
+    }
+
+    /// Uniformly over the map.
+    pub mod anywhere {
+        use super::*;
+
+        /// No parameters.
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct Params {}
+    }
+
+    /// Uniformly over the part of the map near the reference route.
+    pub mod near_route {
+        use super::*;
+
+        /// Parameters of the placement near the route.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct Params {
+            /// Largest distance from the obstacle's centre to the route, m. Default: 3.
+            pub distance_max_m: Positive,
+        }
+
+        impl Default for Params {
+            fn default() -> Self {
+                Self { distance_max_m: Positive::new(3.0) }
+            }
+        }
+    }
+
+    /// With the centre on the reference route.
+    pub mod on_route {
+        use super::*;
+        use crate::quantity::Fraction;
+
+        /// Parameters of the placement on the route.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct Params {
+            /// Part of the route's length from which the place is drawn: 0 is the start, 1 the goal. Default: [0.2, 0.8].
+            pub share: [Fraction; 2],
+        }
+
+        impl Default for Params {
+            fn default() -> Self {
+                Self { share: [Fraction::new(0.2), Fraction::new(0.8)] }
+            }
+        }
+    }
+}
+
+/// Obstacles that stand still and are not on the known map.
+pub mod unknown_static {
+    use super::*;
+
+    choice! {
+        /// An obstacle that stands still and is unknown until sensed.
+        pub enum UnknownStaticChoice: "kind of unknown static obstacle" { fixed, random }
+    }
+
+    /// One obstacle at a given place.
+    pub mod fixed {
+        use super::*;
+
+        /// Parameters of an obstacle at a given place.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct Params {
+            /// Pose [x, y, theta] of the centre in the world frame, m and rad.
+            pub pose: [Finite; 3],
+            /// Outline. Default: a rectangle of 1 m by 1 m.
+            #[serde(default)]
+            pub shape: ShapeChoice,
+        }
+    }
+
+    /// Obstacles at random places, each from its own random stream.
+    pub mod random {
+        use super::*;
+        use crate::quantity::CountOrZero;
+
+        /// Parameters of obstacles at random places.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct Params {
+            /// How many. Default: 1.
+            pub count: CountOrZero,
+            /// Outline. Default: a rectangle of 1 m by 1 m.
+            pub shape: ShapeChoice,
+            /// Where. Default: anywhere.
+            pub placement: PlacementChoice,
+            /// Put the centre on a cell centre with the sides along the grid, as the papers' "obstacle
+            /// cells"; otherwise place and heading are free. Default: false.
+            pub snap_to_cells: bool,
+            /// Keep the cells it touches from being 8-adjacent to the cells of any other static
+            /// obstacle or to the map's edge, so that it never closes a pocket. Default: false.
+            pub apart_from_obstacles: bool,
+            /// Least distance from its surface to the robot's centre at the start and to the goal, m;
+            /// the robot's radius where that is larger. Default: 1.
+            pub keep_from_ends_m: NonNegative,
+        }
+
+        impl Default for Params {
+            fn default() -> Self {
+                Self {
+                    count: CountOrZero::new(1),
+                    shape: ShapeChoice::default(),
+                    placement: PlacementChoice::default(),
+                    snap_to_cells: false,
+                    apart_from_obstacles: false,
+                    keep_from_ends_m: NonNegative::new(1.0),
+                }
+            }
+        }
+    }
+}
+
+/// Obstacles that move: discs on straight lines.
+pub mod moving {
+    use super::*;
+
+    choice! {
+        /// A moving obstacle.
+        pub enum MovingChoice: "kind of moving obstacle" { fixed, random }
+    }
+
+    /// What a mover does at a wall, an unknown static or the map's edge.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+    #[serde(rename_all = "snake_case")]
+    pub enum OnStatic {
+        /// Bounces off like a billiard ball: speed kept.
+        #[default]
+        Reflect,
+        /// Goes through, as if nothing were there (and leaves the map).
+        Pass,
+        /// Stands still there for the rest of the episode.
+        Stop,
+    }
+
+    /// What a mover does about the robot.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+    #[serde(rename_all = "snake_case")]
+    pub enum OnRobot {
+        /// Moves on as if the robot were not there.
+        #[default]
+        Ignore,
+        /// Stands still while the robot is close ahead (`yield_distance_m`), then goes on.
+        Yield,
+    }
+
+    /// One mover with a given state at the first tick.
+    pub mod fixed {
+        use super::*;
+
+        /// Parameters of one mover: either `velocity_mps`, or `speed_mps` with `heading_rad`.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct Params {
+            /// Centre [x, y] in the world frame, m.
+            pub position: [Finite; 2],
+            /// Velocity [vx, vy] in the world frame, m/s.
+            #[serde(default)]
+            pub velocity_mps: Option<[Finite; 2]>,
+            /// Speed along `heading_rad`, m/s.
+            #[serde(default)]
+            pub speed_mps: Option<NonNegative>,
+            /// Direction of motion in the world frame, rad.
+            #[serde(default)]
+            pub heading_rad: Option<Finite>,
+            /// Radius of the disc, m. Default: 0.3.
+            #[serde(default = "radius_default")]
+            pub radius_m: Positive,
+            /// At a wall, an unknown static or the map's edge. Default: reflect.
+            #[serde(default)]
+            pub on_static: OnStatic,
+            /// Towards the robot. Default: ignore.
+            #[serde(default)]
+            pub on_robot: OnRobot,
+            /// Surface distance within which a yielding mover stops for a robot ahead of it, m. Default: 1.
+            #[serde(default = "yield_distance_default")]
+            pub yield_distance_m: NonNegative,
+        }
+    }
+
+    /// Movers with random position and heading, each from its own random stream.
+    pub mod random {
+        use super::*;
+        use crate::quantity::CountOrZero;
+
+        /// Parameters of random movers.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct Params {
+            /// How many. Default: 1.
+            pub count: CountOrZero,
+            /// Radius of the disc, m. Default: 0.3.
+            pub radius_m: Positive,
+            /// Range [lowest, highest] from which the speed is drawn, m/s. Default: [0.5, 1].
+            pub speed_mps: [NonNegative; 2],
+            /// At a wall, an unknown static or the map's edge. Default: reflect.
+            pub on_static: OnStatic,
+            /// Towards the robot. Default: ignore.
+            pub on_robot: OnRobot,
+            /// Surface distance within which a yielding mover stops for a robot ahead of it, m. Default: 1.
+            pub yield_distance_m: NonNegative,
+            /// Least surface distance to the robot at the start, m. Default: 3.
+            pub keep_from_start_m: NonNegative,
+        }
+
+        impl Default for Params {
+            fn default() -> Self {
+                Self {
+                    count: CountOrZero::new(1),
+                    radius_m: radius_default(),
+                    speed_mps: [NonNegative::new(0.5), NonNegative::new(1.0)],
+                    on_static: OnStatic::default(),
+                    on_robot: OnRobot::default(),
+                    yield_distance_m: yield_distance_default(),
+                    keep_from_start_m: NonNegative::new(3.0),
+                }
+            }
+        }
+    }
+
+    fn radius_default() -> Positive {
+        Positive::new(0.3)
+    }
+
+    fn yield_distance_default() -> NonNegative {
+        NonNegative::new(1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn obstacles_read_as_scenarios_write_them() {
+        let yaml = "
+unknown_static:
+  - fixed: {pose: [1, 2, 0.5], shape: {disc: {radius_m: 0.4}}}
+  - random
+  - random: {count: 4, shape: {rectangle: {size_m: [0.8, 1.2]}}, placement: {near_route: {distance_max_m: 2}}}
+  - random: {placement: on_route, snap_to_cells: true, apart_from_obstacles: true}
+moving:
+  - fixed: {position: [3, 4], velocity_mps: [0, -1]}
+  - fixed: {position: [3, 4], speed_mps: 1, heading_rad: -1.5, on_static: stop, on_robot: yield}
+  - random: {count: 10, speed_mps: [0.8, 1.0], on_static: pass}
+";
+        let spec: ObstaclesSpec = serde_yaml::from_str(yaml).unwrap();
+        assert_eq!((spec.unknown_static.len(), spec.moving.len()), (4, 3));
+        assert_eq!(
+            spec.unknown_static[0],
+            UnknownStaticChoice::fixed(unknown_static::fixed::Params {
+                pose: [Finite::new(1.0), Finite::new(2.0), Finite::new(0.5)],
+                shape: ShapeChoice::disc(shape::disc::Params { radius_m: Positive::new(0.4) }),
+            })
+        );
+        assert_eq!(spec.unknown_static[1], UnknownStaticChoice::random(Default::default()));
+        let written = serde_yaml::to_string(&spec).unwrap();
+        assert_eq!(serde_yaml::from_str::<ObstaclesSpec>(&written).unwrap(), spec, "{written}");
+    }
+
+    #[test]
+    fn a_wrong_obstacle_is_refused_at_its_own_place() {
+        let error = serde_yaml::from_str::<ObstaclesSpec>("moving:\n  - random: {radius_m: -1}\n").unwrap_err();
+        let place = error.location().map(|at| (at.line(), at.column()));
+        assert_eq!(place, Some((2, 24)), "{error}");
+        assert!(error.to_string().contains("above 0"), "{error}");
+        let error = serde_yaml::from_str::<ObstaclesSpec>("moving:\n  - randon\n").unwrap_err();
+        assert!(error.to_string().contains("did you mean `random`?"), "{error}");
+    }
+}

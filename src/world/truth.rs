@@ -1,0 +1,727 @@
+//! The world while it runs: actuation, motion, sensing, and the judgement of contact and clearance.
+
+use super::bodies::Bodies;
+use super::mover::{Course, yields};
+use super::obstacle::{Mover, UnknownStatic};
+use super::scene::{ObstacleKind, Scene};
+use super::spec::SensingSpec;
+use super::sweep::{Sample, bound, first_contact, lowest};
+use super::{DT_S, statics::Statics};
+use crate::geometry::{Pose, Twist, Vec2};
+use crate::math;
+use crate::observation::{Belief, SensedObstacle};
+use crate::robot::Robot;
+
+/// Below this speed, m/s, and [`REST_YAW_RATE_RADPS`] the robot counts as standing still.
+const REST_SPEED_MPS: f64 = 0.01;
+/// Below this yaw rate, rad/s, and [`REST_SPEED_MPS`] the robot counts as standing still.
+const REST_YAW_RATE_RADPS: f64 = 0.02;
+
+/// What one tick brought.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Footprint edge to the nearest obstacle at the end of the tick (or at the contact), m.
+    pub clearance_m: f64,
+    /// A lower bound of the clearance at every moment of the tick, m: never above the truth, and within a millimetre of
+    /// it wherever it is the lowest of the episode so far.
+    pub clearance_low_m: f64,
+    /// The first contact, which ends the episode.
+    pub contact: Option<Contact>,
+}
+
+/// A first contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// What the robot touched.
+    pub with: ObstacleKind,
+    /// Moment within the tick, s.
+    pub time_s: f64,
+    /// Whether the robot stood still: slower than 0.01 m/s and 0.02 rad/s.
+    pub at_rest: bool,
+    /// True pose at the contact, grid frame.
+    pub pose: Pose,
+}
+
+/// The world of one scene: the truth. Its state is in f64, in the grid frame.
+pub struct World<'s> {
+    scene: &'s Scene,
+    robot: &'s Robot,
+    sensor_range_m: f64,
+    pose: Pose,
+    twist: Twist,
+    movers: Vec<Mover>,
+    /// What each mover drives when nothing holds it.
+    cruise: Vec<Vec2>,
+    courses: Vec<Course>,
+    /// Unknown statics that were sensed in this episode, and how many.
+    seen: Vec<bool>,
+    seen_count: u32,
+    /// Gap to each body now, see [`Tick::gap_m`].
+    gaps_m: Vec<f64>,
+    gaps_before_m: Vec<f64>,
+    clearance_min_m: f64,
+    bodies: Bodies,
+}
+
+impl core::fmt::Debug for World<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("World")
+            .field("pose", &self.pose)
+            .field("twist", &self.twist)
+            .field("movers", &self.movers)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The motion of everything within one tick.
+struct Tick<'a> {
+    statics: Statics<'a>,
+    movers: &'a [Mover],
+    courses: &'a [Course],
+    begin: Pose,
+    twist: Twist,
+    radius_m: f64,
+}
+
+impl Tick<'_> {
+    fn pose(&self, time_s: f64) -> Pose {
+        self.begin.advance(self.twist, time_s)
+    }
+
+    /// Signed distance at `time_s` between the footprint at `robot` and a body, m. Body 0 is the known map with its edge,
+    /// then come the unknown statics, then the movers.
+    fn gap_m(&self, body: usize, robot: Vec2, time_s: f64) -> f64 {
+        let unknown = self.statics.unknown;
+        let distance = if body == 0 {
+            self.statics.map.distance_m(robot)
+        } else if let Some(obstacle) = unknown.get(body - 1) {
+            obstacle.distance_m(robot)
+        } else {
+            let mover = body - 1 - unknown.len();
+            (self.courses[mover].at(time_s).0 - robot).norm() - self.movers[mover].radius_m
+        };
+        distance - self.radius_m
+    }
+
+    /// How fast the gap to a body can shrink at most, m/s.
+    fn rate(&self, body: usize) -> f64 {
+        let first_mover = 1 + self.statics.unknown.len();
+        let other = if body < first_mover { 0.0 } else { self.courses[body - first_mover].speed() };
+        self.twist.v.abs() + other
+    }
+
+    fn kind(&self, body: usize, robot: Vec2) -> ObstacleKind {
+        if body == 0 {
+            let map = self.statics.map;
+            let edge = map.edge_distance_m(robot);
+            // The cap tells apart: below it, an obstacle is nearer than the edge.
+            if map.obstacle_distance_m(robot, edge) < edge { ObstacleKind::KnownStatic } else { ObstacleKind::Boundary }
+        } else if body <= self.statics.unknown.len() {
+            ObstacleKind::UnknownStatic
+        } else {
+            ObstacleKind::Dynamic
+        }
+    }
+
+    /// The gaps to all bodies at `time_s`.
+    fn measure(&self, time_s: f64, gaps_m: &mut [f64]) {
+        let robot = self.pose(time_s).position;
+        for (body, gap) in gaps_m.iter_mut().enumerate() {
+            *gap = self.gap_m(body, robot, time_s);
+        }
+    }
+}
+
+fn smallest(gaps_m: &[f64]) -> f64 {
+    gaps_m.iter().fold(f64::INFINITY, |best, &gap| math::min(best, gap))
+}
+
+impl<'s> World<'s> {
+    /// The world of `scene` before the first tick.
+    pub fn new(scene: &'s Scene, robot: &'s Robot, sensing: &SensingSpec) -> Self {
+        let body_count = 1 + scene.unknown_static.len() + scene.movers.len();
+        let mut world = Self {
+            scene,
+            robot,
+            sensor_range_m: sensing.range_m.get(),
+            pose: scene.start,
+            twist: Twist::ZERO,
+            movers: scene.movers.clone(),
+            cruise: scene.movers.iter().map(|mover| mover.velocity).collect(),
+            courses: scene.movers.iter().map(|mover| Course::standing(mover.position)).collect(),
+            seen: vec![false; scene.unknown_static.len()],
+            seen_count: 0,
+            gaps_m: vec![0.0; body_count],
+            gaps_before_m: vec![0.0; body_count],
+            clearance_min_m: f64::INFINITY,
+            bodies: Bodies::new(scene, robot.radius_m),
+        };
+        let tick = Tick {
+            statics: scene.statics(),
+            movers: &world.movers,
+            courses: &world.courses,
+            begin: world.pose,
+            twist: Twist::ZERO,
+            radius_m: robot.radius_m,
+        };
+        tick.measure(0.0, &mut world.gaps_m);
+        world.clearance_min_m = smallest(&world.gaps_m);
+        world
+    }
+
+    /// Puts everything back to before the first tick.
+    pub fn reset(&mut self) {
+        *self = Self::new(
+            self.scene,
+            self.robot,
+            &SensingSpec { range_m: crate::quantity::Positive::new(self.sensor_range_m) },
+        );
+    }
+
+    /// True pose of the robot, grid frame.
+    pub fn pose(&self) -> Pose {
+        self.pose
+    }
+
+    /// True twist of the robot during the last tick.
+    pub fn twist(&self) -> Twist {
+        self.twist
+    }
+
+    /// The movers as they are now, in the scene's order.
+    pub fn movers(&self) -> &[Mover] {
+        &self.movers
+    }
+
+    /// Footprint edge to the nearest obstacle now, m, exact.
+    pub fn clearance_m(&self) -> f64 {
+        smallest(&self.gaps_m)
+    }
+
+    /// Unknown statics that the robot has sensed so far.
+    pub fn seen_statics(&self) -> u32 {
+        self.seen_count
+    }
+
+    /// Senses: writes the movers in range to `sensed` (the scene's order), and unknown statics newly in range to
+    /// `belief`, every cell that they touch.
+    ///
+    /// In range is what has its surface within the sensor range of the robot's true centre.
+    pub fn sense(&mut self, belief: &mut Belief, sensed: &mut Vec<SensedObstacle>) {
+        let robot = self.pose.position;
+        sensed.clear();
+        sensed.extend(
+            self.movers
+                .iter()
+                .filter(|mover| (mover.position - robot).norm() - mover.radius_m <= self.sensor_range_m)
+                .map(|mover| SensedObstacle {
+                    position: mover.position,
+                    velocity: mover.velocity,
+                    radius_m: mover.radius_m,
+                }),
+        );
+        for (obstacle, seen) in self.scene.unknown_static.iter().zip(&mut self.seen) {
+            if !*seen && obstacle.distance_m(robot) <= self.sensor_range_m {
+                *seen = true;
+                self.seen_count += 1;
+                belief.add(obstacle.bounds(), |square| UnknownStatic::touches(obstacle, square));
+            }
+        }
+    }
+
+    /// Drives one tick of [`DT_S`] and judges it.
+    ///
+    /// # Panics
+    /// If the command is not finite.
+    pub fn step(&mut self, command: Twist) -> Step {
+        assert!(command.v.is_finite() && command.omega.is_finite(), "the command is not finite: {command:?}");
+        self.twist = self.robot.actuate(self.twist, command, DT_S);
+        let statics = self.scene.statics();
+        for ((mover, cruise), course) in self.movers.iter().zip(&mut self.cruise).zip(&mut self.courses) {
+            *course = if yields(mover, *cruise, self.pose.position, self.robot.radius_m) {
+                Course::standing(mover.position)
+            } else {
+                Course::drive(mover, cruise, &statics, DT_S)
+            };
+        }
+        let tick = Tick {
+            statics,
+            movers: &self.movers,
+            courses: &self.courses,
+            begin: self.pose,
+            twist: self.twist,
+            radius_m: self.robot.radius_m,
+        };
+        core::mem::swap(&mut self.gaps_m, &mut self.gaps_before_m);
+        tick.measure(DT_S, &mut self.gaps_m);
+
+        let mut end_s = DT_S;
+        let mut touched = None;
+        for body in 0..self.gaps_m.len() {
+            let from = Sample { time_s: 0.0, gap_m: self.gaps_before_m[body] };
+            let to = Sample { time_s: DT_S, gap_m: self.gaps_m[body] };
+            if bound(tick.rate(body), from, to) >= 0.0 {
+                continue;
+            }
+            let gap = |time_s| tick.gap_m(body, tick.pose(time_s).position, time_s);
+            if let Some(time_s) = first_contact(gap, tick.rate(body), end_s)
+                && (touched.is_none() || time_s < end_s)
+            {
+                (end_s, touched) = (time_s, Some(body));
+            }
+        }
+        if touched.is_some() {
+            tick.measure(end_s, &mut self.gaps_m);
+        }
+
+        let clearance_m = smallest(&self.gaps_m);
+        let mut seen = math::min(smallest(&self.gaps_before_m), clearance_m);
+        let mut low = clearance_m;
+        for body in 0..self.gaps_m.len() {
+            let from = Sample { time_s: 0.0, gap_m: self.gaps_before_m[body] };
+            let to = Sample { time_s: end_s, gap_m: self.gaps_m[body] };
+            let gap = |time_s| tick.gap_m(body, tick.pose(time_s).position, time_s);
+            low = math::min(low, lowest(&gap, tick.rate(body), from, to, self.clearance_min_m, &mut seen));
+        }
+        self.clearance_min_m = math::min(self.clearance_min_m, low);
+
+        let pose = tick.pose(end_s);
+        let contact = touched.map(|body| Contact {
+            with: tick.kind(body, pose.position),
+            time_s: end_s,
+            at_rest: self.twist.v.abs() < REST_SPEED_MPS && self.twist.omega.abs() < REST_YAW_RATE_RADPS,
+            pose,
+        });
+        self.pose = pose;
+        for (mover, course) in self.movers.iter_mut().zip(&self.courses) {
+            (mover.position, mover.velocity) = course.at(end_s);
+        }
+        self.bodies.step(self.pose, &self.movers);
+        Step { clearance_m, clearance_low_m: low, contact }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::obstacle::Shape;
+    use super::super::spec::moving::{OnRobot, OnStatic};
+    use super::super::statics::StaticMap;
+    use super::*;
+    use crate::geometry::{direction, point_segment_distance};
+    use crate::map::{Cell, DistanceField, OccupancyGrid};
+    use crate::rng::{EpisodeSeed, Purpose, Stream};
+    use rapier2d::parry::query::details::distance_composite_shape_shape;
+    use rapier2d::prelude::{Ball, QueryFilter, Vector};
+    use std::sync::Arc;
+
+    const SAMPLES: u32 = 200;
+
+    /// A robot whose drive reaches any command within one tick.
+    fn nimble(radius_m: f64) -> Robot {
+        Robot {
+            radius_m,
+            speed_min_mps: -5.0,
+            speed_max_mps: 5.0,
+            acceleration_mps2: 1e3,
+            deceleration_mps2: 1e3,
+            yaw_rate_max_radps: 20.0,
+            yaw_acceleration_radps2: 1e4,
+            ..Robot::default()
+        }
+    }
+
+    fn empty_scene(cols: i32, rows: i32, start: Pose) -> Scene {
+        let map = Arc::new(StaticMap::new(OccupancyGrid::empty(cols, rows, 1.0)));
+        Scene::new(&map, start, start.position)
+    }
+
+    fn straight_mover(position: Vec2, velocity: Vec2, radius_m: f64, on_static: OnStatic) -> Mover {
+        Mover { position, velocity, radius_m, on_static, on_robot: OnRobot::Ignore, yield_distance_m: 1.0 }
+    }
+
+    /// A small world: random cells, two rectangles and a disc nobody knows, three movers that go straight through.
+    fn random_scene(stream: &mut Stream) -> Option<Scene> {
+        let mut grid = OccupancyGrid::empty(12, 9, stream.range(0.3, 1.2));
+        for index in 0..grid.occupied().len() {
+            if stream.uniform() < 0.12 {
+                grid.set_occupied(grid.cell(index));
+            }
+        }
+        let extent = grid.extent_m();
+        let somewhere = |stream: &mut Stream| Vec2::new(stream.range(0.0, extent.x), stream.range(0.0, extent.y));
+        let start = Pose { position: somewhere(stream), theta: stream.range(-3.0, 3.0) };
+        let mut scene = Scene::new(&Arc::new(StaticMap::new(grid)), start, start.position);
+        for k in 0..3 {
+            let p = somewhere(stream);
+            let shape = if k == 0 {
+                Shape::Disc { radius_m: stream.range(0.1, 0.6) }
+            } else {
+                Shape::Rectangle { half_m: Vec2::new(stream.range(0.02, 0.6), stream.range(0.02, 0.6)) }
+            };
+            scene.unknown_static.push(UnknownStatic::new(Pose::new(p.x, p.y, stream.range(-4.0, 4.0)), shape));
+            let velocity = stream.range(0.0, 3.0) * direction(stream.range(-4.0, 4.0));
+            scene.movers.push(straight_mover(somewhere(stream), velocity, stream.range(0.1, 0.5), OnStatic::Pass));
+        }
+        Some(scene)
+    }
+
+    /// Where the robot is `t` after `pose`, by the textbook formula of the circle (another one than the product's).
+    fn on_arc(pose: Pose, twist: Twist, t: f64) -> Vec2 {
+        let Twist { v, omega } = twist;
+        if omega.abs() < 1e-6 {
+            return pose.position + v * t * direction(pose.theta);
+        }
+        let end = pose.theta + omega * t;
+        pose.position
+            + v / omega * Vec2::new(math::sin(end) - math::sin(pose.theta), math::cos(pose.theta) - math::cos(end))
+    }
+
+    /// Distance to each kind of obstacle from plain geometry: every square, every side of every rectangle.
+    struct Oracle<'a> {
+        scene: &'a Scene,
+        radius_m: f64,
+    }
+
+    impl Oracle<'_> {
+        fn gaps_m(&self, robot: Vec2, time_s: f64) -> [f64; 4] {
+            let grid = &self.scene.map.grid;
+            let (extent, half) = (grid.extent_m(), 0.5 * grid.resolution_m());
+            let cells = (0..grid.occupied().len()).filter(|&index| grid.occupied()[index]).map(|index| {
+                let d = robot - grid.centre(grid.cell(index));
+                math::hypot(math::max(d.x.abs() - half, 0.0), math::max(d.y.abs() - half, 0.0))
+            });
+            let unknown = self.scene.unknown_static.iter().map(|obstacle| match obstacle.shape() {
+                Shape::Disc { radius_m } => (robot - obstacle.pose().position).norm() - radius_m,
+                Shape::Rectangle { half_m } => {
+                    let (along, across) =
+                        (direction(obstacle.pose().theta), direction(obstacle.pose().theta + 0.5 * math::PI));
+                    let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
+                        .map(|(a, b)| obstacle.pose().position + a * half_m.x * along + b * half_m.y * across);
+                    let d = robot - obstacle.pose().position;
+                    if d.dot(&along).abs() < half_m.x && d.dot(&across).abs() < half_m.y {
+                        -self.radius_m
+                    } else {
+                        smallest(&[0, 1, 2, 3].map(|k| point_segment_distance(robot, corners[k], corners[(k + 1) % 4])))
+                    }
+                }
+            });
+            let movers = self
+                .scene
+                .movers
+                .iter()
+                .map(|mover| (mover.position + time_s * mover.velocity - robot).norm() - mover.radius_m);
+            let least =
+                |distances: &mut dyn Iterator<Item = f64>| distances.fold(f64::INFINITY, math::min) - self.radius_m;
+            [
+                least(&mut cells.into_iter()),
+                least(&mut unknown.into_iter()),
+                least(&mut movers.into_iter()),
+                least(&mut [robot.x, robot.y, extent.x - robot.x, extent.y - robot.y].into_iter()),
+            ]
+        }
+    }
+
+    const KINDS: [ObstacleKind; 4] =
+        [ObstacleKind::KnownStatic, ObstacleKind::UnknownStatic, ObstacleKind::Dynamic, ObstacleKind::Boundary];
+
+    #[test]
+    fn the_verdict_equals_dense_sampling_of_plain_geometry() {
+        let (mut ticks, mut contacts, mut grazes) = (0, [0; 4], 0);
+        for episode in 0..4000 {
+            let mut stream = EpisodeSeed { seed: 11, episode }.stream(Purpose::Planner, 0);
+            let robot = nimble(stream.range(0.05, 0.4));
+            let Some(scene) = random_scene(&mut stream) else { continue };
+            let oracle = Oracle { scene: &scene, radius_m: robot.radius_m };
+            if smallest(&oracle.gaps_m(scene.start.position, 0.0)) < 0.01 {
+                continue;
+            }
+            let mut world = World::new(&scene, &robot, &SensingSpec::default());
+            let (mut episode_low, mut episode_truth) = (world.clearance_m(), world.clearance_m());
+            for tick in 0..8 {
+                // One in four stands or only turns.
+                let v = if stream.uniform() < 0.25 { 0.0 } else { stream.range(-5.0, 5.0) };
+                let command = Twist { v, omega: stream.range(-6.0, 6.0) };
+                let (before, began_s) = (world.pose(), f64::from(tick) * DT_S);
+                let step = world.step(command);
+                ticks += 1;
+                assert_eq!(world.twist(), command, "the drive reaches every command");
+
+                let end_s = step.contact.map_or(DT_S, |contact| contact.time_s);
+                let mut truth = f64::INFINITY;
+                let mut deepest = 0.0;
+                for k in 0..=SAMPLES {
+                    let t = DT_S * f64::from(k) / f64::from(SAMPLES);
+                    let gap = smallest(&oracle.gaps_m(on_arc(before, command, t), began_s + t));
+                    if t <= end_s {
+                        assert!(gap > -1e-3, "a contact {} deep was missed in episode {episode}", -gap);
+                        truth = math::min(truth, gap);
+                        deepest = math::min(deepest, gap);
+                    }
+                }
+                grazes += i32::from(step.contact.is_none() && deepest < 0.0);
+                let gaps = oracle.gaps_m(on_arc(before, command, end_s), began_s + end_s);
+                assert!((smallest(&gaps) - step.clearance_m).abs() < 1e-9, "{gaps:?} {step:?}");
+                truth = math::min(truth, step.clearance_m);
+                assert!(step.clearance_low_m <= truth + 1e-9, "{step:?} claims more than {truth}");
+                episode_low = math::min(episode_low, step.clearance_low_m);
+                episode_truth = math::min(episode_truth, truth);
+
+                if let Some(contact) = step.contact {
+                    let kind = KINDS.iter().position(|&kind| kind == contact.with).unwrap();
+                    contacts[kind] += 1;
+                    // A true overlap, and no deeper than the first moment of one.
+                    assert!(gaps[kind] < 0.0 && gaps[kind] > -1e-6, "{gaps:?} {contact:?} in episode {episode}");
+                    assert!((contact.pose.position - on_arc(before, command, end_s)).norm() < 1e-9);
+                    assert_eq!(contact.at_rest, command.v.abs() < 0.01 && command.omega.abs() < 0.02);
+                    break;
+                }
+            }
+            // Samples are up to 8 m/s · 0.25 ms = 2 mm of relative motion from the true minimum.
+            assert!(episode_truth - episode_low < 1e-3 + 2e-3, "{episode_truth} against {episode_low}");
+        }
+        assert!(
+            ticks > 4000 && contacts.iter().all(|&count| count > 100),
+            "{ticks} ticks, {contacts:?}, {grazes} grazes"
+        );
+    }
+
+    #[test]
+    fn the_lowest_clearance_is_within_a_millimetre_of_a_closed_form() {
+        // The robot passes a disc on a straight line: the truth is the distance of that line.
+        let mut stream = EpisodeSeed { seed: 12, episode: 0 }.stream(Purpose::Planner, 0);
+        for _ in 0..500 {
+            let robot = nimble(stream.range(0.05, 0.4));
+            let mut scene = empty_scene(20, 20, Pose::new(5.0, 10.0, 0.0));
+            let beside = robot.radius_m + 0.5 + stream.range(0.0, 0.5);
+            let pose = Pose::new(10.0 + stream.range(-0.5, 0.5), 10.0 + beside, 0.0);
+            scene.unknown_static.push(UnknownStatic::new(pose, Shape::Disc { radius_m: 0.5 }));
+            let mut world = World::new(&scene, &robot, &SensingSpec::default());
+            let (v, mut low) = (stream.range(1.0, 5.0), f64::INFINITY);
+            while world.pose().position.x < 15.0 {
+                low = math::min(low, world.step(Twist { v, omega: 0.0 }).clearance_low_m);
+            }
+            let truth = beside - 0.5 - robot.radius_m;
+            assert!(low <= truth + 1e-12 && low > truth - 1.001e-3, "{low} {truth}");
+        }
+    }
+
+    #[test]
+    fn a_straight_drive_a_circle_and_braking_follow_their_closed_forms() {
+        let robot = nimble(0.25);
+        let scene = empty_scene(20, 20, Pose::new(3.0, 10.0, 0.0));
+        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        for _ in 0..100 {
+            world.step(Twist { v: 1.2, omega: 0.0 });
+        }
+        assert!((world.pose().position - Vec2::new(15.0, 10.0)).norm() < 1e-9);
+
+        // One full turn of a circle of radius v / ω = 2 m, to the left of the start.
+        world.reset();
+        let (ticks, omega) = (50, math::TAU / 5.0);
+        for tick in 1..=ticks {
+            world.step(Twist { v: 2.0 * omega, omega });
+            let turned = omega * DT_S * f64::from(tick);
+            let expected = Vec2::new(3.0, 12.0) + 2.0 * direction(turned - 0.5 * math::PI);
+            assert!((world.pose().position - expected).norm() < 1e-9, "{:?}", world.pose());
+        }
+        assert!((world.pose().position - scene.start.position).norm() < 1e-9);
+
+        // From 1 m/s at 0.5 m/s², each tick at its end speed: 0.95 m (robot.rs works it out).
+        let robot = Robot::default();
+        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        while world.twist().v < 1.0 {
+            world.step(Twist { v: 1.0, omega: 0.0 });
+        }
+        let begin = world.pose().position.x;
+        while world.twist().v > 0.0 {
+            world.step(Twist::ZERO);
+        }
+        assert!((world.pose().position.x - begin - 0.95).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_contact_is_at_its_closed_form_and_names_what_was_hit() {
+        // At 2 m/s from x = 2.5 with radius 0.25 against the face at x = 4: 1.25 m, 0.625 s: 25 ms into tick 7.
+        let mut grid = OccupancyGrid::empty(8, 3, 1.0);
+        grid.set_occupied(Cell { col: 4, row: 1 });
+        let map = Arc::new(StaticMap::new(grid));
+        let robot = nimble(0.25);
+        let drive = |scene: &Scene, v: f64| {
+            let mut world = World::new(scene, &robot, &SensingSpec::default());
+            (1..100).find_map(|tick| world.step(Twist { v, omega: 0.0 }).contact.map(|contact| (tick, contact)))
+        };
+        let scene = Scene::new(&map, Pose::new(2.5, 1.5, 0.0), Vec2::new(2.5, 1.5));
+        let (tick, contact) = drive(&scene, 2.0).unwrap();
+        assert_eq!((tick, contact.with, contact.at_rest), (7, ObstacleKind::KnownStatic, false));
+        assert!((contact.time_s - 0.025).abs() < 1e-8 && (contact.pose.position.x - 3.75).abs() < 1e-8);
+        // Backwards, the map's edge: 2.25 m at 2 m/s = 1.125 s.
+        let (tick, contact) = drive(&scene, -2.0).unwrap();
+        assert_eq!((tick, contact.with), (12, ObstacleKind::Boundary));
+        assert!((contact.time_s - 0.025).abs() < 1e-8);
+        // A mover drives into the standing robot: 1.5 − 0.25 − 0.3 = 0.95 m at 1 m/s, at the end of tick 10 less 50 ms.
+        let mut scene = scene;
+        scene.movers.push(straight_mover(Vec2::new(1.0, 1.5), Vec2::new(1.0, 0.0), 0.3, OnStatic::Reflect));
+        let (tick, contact) = drive(&scene, 0.0).unwrap();
+        assert_eq!((tick, contact.with, contact.at_rest), (10, ObstacleKind::Dynamic, true));
+        assert!((contact.time_s - 0.05).abs() < 1e-8);
+    }
+
+    #[test]
+    fn a_robot_as_wide_as_its_lane_does_not_touch_the_walls() {
+        let map = Arc::new(StaticMap::new(OccupancyGrid::from_ascii(&["########", "........", "########"], 0.1)));
+        let robot = nimble(0.05);
+        let scene = Scene::new(&map, Pose::new(0.15, 0.15, 0.0), Vec2::new(0.6, 0.15));
+        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        for _ in 0..10 {
+            assert_eq!(world.step(Twist { v: 0.5, omega: 0.0 }).contact, None);
+        }
+    }
+
+    #[test]
+    fn a_fast_robot_cannot_jump_over_a_thin_obstacle() {
+        // 0.5 m a tick through a sheet of 2 mm.
+        let mut scene = empty_scene(12, 4, Pose::new(1.0, 2.0, 0.0));
+        let half_m = Vec2::new(0.001, 1.0);
+        scene.unknown_static.push(UnknownStatic::new(Pose::new(6.3, 2.0, 0.0), Shape::Rectangle { half_m }));
+        let robot = nimble(0.05);
+        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        let contact = (0..20).find_map(|_| world.step(Twist { v: 5.0, omega: 0.0 }).contact).unwrap();
+        assert_eq!(contact.with, ObstacleKind::UnknownStatic);
+        assert!((contact.pose.position.x - (6.299 - 0.05)).abs() < 1e-8);
+    }
+
+    #[test]
+    fn a_yielding_mover_waits_and_goes_on() {
+        let mut scene = empty_scene(12, 4, Pose::new(6.0, 2.0, math::FRAC_PI_2));
+        let mut mover = straight_mover(Vec2::new(2.0, 2.0), Vec2::new(1.0, 0.0), 0.3, OnStatic::Reflect);
+        mover.on_robot = OnRobot::Yield;
+        scene.movers.push(mover);
+        let robot = nimble(0.25);
+        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        for _ in 0..100 {
+            assert_eq!(world.step(Twist::ZERO).contact, None);
+        }
+        // Stops on the first tick that begins within 1 m of surface: the centres are then at most 1.55 m apart.
+        let waiting = world.movers()[0];
+        assert_eq!(waiting.velocity, Vec2::zeros());
+        assert!((4.45..4.55).contains(&waiting.position.x), "{waiting:?}");
+        for _ in 0..10 {
+            world.step(Twist { v: -5.0, omega: 0.0 });
+            if world.pose().position.y < 0.8 {
+                break;
+            }
+        }
+        // The robot, standing aside, is still ahead and near enough only until it has left the metre.
+        assert!(world.movers()[0].velocity.norm() > 0.0 || world.clearance_m() <= 1.0);
+    }
+
+    #[test]
+    fn obstacles_are_sensed_by_their_surface_and_statics_only_once() {
+        let mut scene = empty_scene(20, 5, Pose::new(1.0, 2.5, 0.0));
+        // Range 5 m. The mover's surface is at x = 5.95, sensed at once; the square's at x = 6.5, sensed from x = 1.5.
+        scene.movers.push(straight_mover(Vec2::new(6.25, 2.5), Vec2::zeros(), 0.3, OnStatic::Reflect));
+        let half_m = Vec2::new(0.5, 0.5);
+        scene.unknown_static.push(UnknownStatic::new(Pose::new(7.0, 2.5, 0.0), Shape::Rectangle { half_m }));
+        let robot = nimble(0.25);
+        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        let mut belief = Belief::new(&scene.map.grid, &scene.map.field);
+        let mut sensed = Vec::new();
+        world.sense(&mut belief, &mut sensed);
+        assert_eq!((sensed.len(), world.seen_statics(), belief.revision()), (1, 0, 0));
+        assert_eq!(sensed[0].position, Vec2::new(6.25, 2.5));
+        for _ in 0..5 {
+            world.step(Twist { v: 1.0, omega: 0.0 });
+        }
+        for _ in 0..2 {
+            world.step(Twist { v: 0.01, omega: 0.0 });
+            world.sense(&mut belief, &mut sensed);
+            assert_eq!((world.seen_statics(), belief.revision()), (1, 1));
+        }
+        // From x = 6.5 to 7.5: two cells of one row.
+        assert_eq!(belief.added(), [Cell { col: 6, row: 2 }, Cell { col: 7, row: 2 }]);
+    }
+
+    #[test]
+    fn worlds_of_one_scene_stay_bit_equal_also_after_a_reset() {
+        let mut stream = EpisodeSeed { seed: 14, episode: 3 }.stream(Purpose::Planner, 0);
+        let scene = random_scene(&mut stream).unwrap();
+        let robot = nimble(0.2);
+        let mut first = World::new(&scene, &robot, &SensingSpec::default());
+        let mut second = World::new(&scene, &robot, &SensingSpec::default());
+        let mut log = Vec::new();
+        for tick in 0..200 {
+            let command = Twist { v: math::sin(f64::from(tick)), omega: 0.3 };
+            let step = first.step(command);
+            assert_eq!(step, second.step(command));
+            assert_eq!(first.movers(), second.movers());
+            log.push((step, first.pose()));
+        }
+        first.reset();
+        for (tick, logged) in log.iter().enumerate() {
+            let step = first.step(Twist { v: math::sin(tick as f64), omega: 0.3 });
+            assert_eq!((step, first.pose()), *logged);
+        }
+    }
+
+    #[test]
+    fn rapier_holds_the_same_poses_and_the_same_clearance() {
+        let mut compared = 0;
+        for episode in 0..200 {
+            let mut stream = EpisodeSeed { seed: 15, episode }.stream(Purpose::Planner, 0);
+            let Some(scene) = random_scene(&mut stream) else { continue };
+            let robot = nimble(stream.range(0.05, 0.3));
+            let mut world = World::new(&scene, &robot, &SensingSpec::default());
+            if world.clearance_m() < 0.0 {
+                continue;
+            }
+            for _ in 0..10 {
+                let command = Twist { v: stream.range(-2.0, 2.0), omega: stream.range(-2.0, 2.0) };
+                let step = world.step(command);
+                let physics = &world.bodies.physics;
+                let body = &physics.bodies[world.bodies.robot];
+                let p = world.pose().position;
+                assert_eq!(body.translation(), Vector::new(p.x as f32, p.y as f32));
+                assert!((f64::from(body.rotation().angle()) - world.pose().theta).abs() < 1e-6);
+                for (handle, mover) in world.bodies.movers.iter().zip(world.movers()) {
+                    let expected = Vector::new(mover.position.x as f32, mover.position.y as f32);
+                    assert_eq!(physics.bodies[*handle].translation(), expected);
+                }
+                if step.contact.is_some() {
+                    break;
+                }
+                // Everything but the robot itself, through rapier's own acceleration structure.
+                let filter = QueryFilter::new().exclude_rigid_body(world.bodies.robot);
+                let query = physics.query_pipeline_with_filter(filter);
+                let ball = Ball::new(robot.radius_m as f32);
+                let theirs = distance_composite_shape_shape(query.dispatcher, body.position(), &query, &ball).distance;
+                assert!((f64::from(theirs) - step.clearance_m).abs() < 1e-4, "{theirs} {step:?}");
+                compared += 1;
+            }
+        }
+        assert!(compared > 200, "{compared}");
+    }
+
+    #[test]
+    fn belief_takes_in_exactly_the_touched_cells() {
+        let mut scene = empty_scene(10, 10, Pose::new(2.5, 2.5, 0.0));
+        // A disc of 0.6 about a corner point touches the four cells around it.
+        scene.unknown_static.push(UnknownStatic::new(Pose::new(5.0, 5.0, 0.0), Shape::Disc { radius_m: 0.6 }));
+        let robot = Robot::default();
+        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        let mut belief = Belief::new(&scene.map.grid, &scene.map.field);
+        world.sense(&mut belief, &mut Vec::new());
+        let mut expected = scene.map.grid.clone();
+        for (col, row) in [(4, 4), (5, 4), (4, 5), (5, 5)] {
+            expected.set_occupied(Cell { col, row });
+        }
+        assert_eq!(belief.grid(), &expected);
+        assert_eq!(belief.field(), &DistanceField::new(&expected));
+    }
+
+    #[test]
+    #[should_panic(expected = "not finite")]
+    fn a_command_that_is_not_a_number_is_a_bug_of_the_caller() {
+        let scene = empty_scene(3, 3, Pose::new(1.5, 1.5, 0.0));
+        World::new(&scene, &Robot::default(), &SensingSpec::default()).step(Twist { v: f64::NAN, omega: 0.0 });
+    }
+}

@@ -1,0 +1,39 @@
+//! What the documents name exists.
+
+use std::fs;
+use std::path::Path;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Every text between back quotes, or behind `](`, that looks like a path of this repository.
+fn named_paths(text: &str) -> Vec<String> {
+    let starts = ["src/", "tests/", "scenarios/", "scripts/", "docs/", "benches/", "examples/", "results/reference"];
+    let mut paths = Vec::new();
+    for (at, _) in text.match_indices(['`', '(', ' ']) {
+        let rest = &text[at + 1..];
+        if starts.iter().any(|start| rest.starts_with(start)) {
+            let end = rest.find(|c: char| !(c.is_alphanumeric() || "/_.-".contains(c))).unwrap_or(rest.len());
+            paths.push(rest[..end].trim_end_matches('.').to_owned());
+        }
+    }
+    paths
+}
+
+#[test]
+fn every_path_that_a_document_names_exists() {
+    let mut count = 0;
+    for document in ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"] {
+        let text = fs::read_to_string(root().join(document)).unwrap();
+        for path in named_paths(&text) {
+            // `my_planner` is the reader's own.
+            if path.contains("my_planner") || path.ends_with("episodes.csv") {
+                continue;
+            }
+            assert!(root().join(&path).exists(), "{document} names {path}, which does not exist");
+            count += 1;
+        }
+    }
+    assert!(count > 5, "the test found only {count} paths: does it still look in the right places?");
+}

@@ -1,0 +1,93 @@
+//! Statistics against SciPy: `scripts/statistics_oracle.py` writes the inputs and its answers.
+#![expect(clippy::unwrap_used, reason = "a test stops at what it did not expect")]
+
+use simrun::analysis::*;
+
+/// One row of the table: the function, two inputs, the expected output.
+struct Case {
+    function: String,
+    first: Vec<f64>,
+    second: Vec<f64>,
+    expected: Vec<f64>,
+}
+
+fn cases() -> Vec<Case> {
+    let mut reader = csv::Reader::from_path("tests/data/statistics_oracle.csv").unwrap();
+    let numbers = |field: &str| field.split_whitespace().map(|number| number.parse().unwrap()).collect();
+    let case = |row: csv::StringRecord| Case {
+        function: row[0].to_string(),
+        first: numbers(&row[1]),
+        second: numbers(&row[2]),
+        expected: numbers(&row[3]),
+    };
+    reader.records().map(|row| case(row.unwrap())).collect()
+}
+
+/// What simrun answers, and how far it may be from SciPy relative to the number (to the width of an interval).
+fn answer(case: &Case) -> (Vec<f64>, f64) {
+    let Case { first, second, .. } = case;
+    match &case.function[..] {
+        "mcnemar" => {
+            let [first_only, second_only] = [first[0] as u64, first[1] as u64];
+            let outcomes = PairedOutcomes { both: 5, first_only, second_only, neither: 0 };
+            (vec![mcnemar_exact(outcomes), mcnemar_mid_p(outcomes)], 1e-9)
+        }
+        "fisher" => {
+            let [row_1, row_2] = [first, second].map(|row| [row[0] as u64, row[1] as u64]);
+            (vec![fisher_exact([row_1, row_2])], 1e-9)
+        }
+        "signed_rank" => {
+            let test = signed_rank(first);
+            assert_eq!(test.null, by_size(test.ranked));
+            (vec![test.zeros as f64, test.positive, test.negative, test.p], 1e-9)
+        }
+        "rank_sum" => {
+            let test = rank_sum(first, second);
+            assert_eq!(test.null, by_size(first.len() + second.len()));
+            (vec![test.first, test.second, test.p], 1e-9)
+        }
+        "holm" => (holm(first), 1e-15),
+        "cohen_d_z" => (vec![cohen_d_z(first).unwrap()], 1e-12),
+        "normal_upper_tail" => (vec![normal_upper_tail(first[0])], 1e-12),
+        "normal_quantile" => (vec![normal_quantile(first[0])], 1e-14),
+        // Guenther's correction against the noncentral t distribution.
+        "minimal_detectable_mean" => {
+            let found = minimal_detectable_mean(first[0] as usize, 1.0, ErrorRates::default());
+            (vec![found.unwrap()], 0.02)
+        }
+        // Both intervals are random. With 10,000 resamples of something normal an end has a standard error
+        // of 0.027 standard deviations of the estimate, 0.007 widths of the interval: allow five of them.
+        "bootstrap_mean" => (interval(first, Location::Mean), 0.035),
+        "bootstrap_median" => (interval(first, Location::Median), 0.035),
+        unknown => panic!("no function {unknown}"),
+    }
+}
+
+fn by_size(ranked: usize) -> NullDistribution {
+    if ranked <= EXACT_MAX { NullDistribution::Exact } else { NullDistribution::Normal }
+}
+
+fn interval(sample: &[f64], location: Location) -> Vec<f64> {
+    bootstrap_interval(sample, location, 0.95).map(|(low, high)| vec![low, high]).unwrap()
+}
+
+#[test]
+fn every_function_agrees_with_scipy() {
+    let cases = cases();
+    for case in &cases {
+        let (answer, relative) = answer(case);
+        assert_eq!(answer.len(), case.expected.len(), "{}", case.function);
+        for (found, &expected) in answer.iter().zip(&case.expected) {
+            let is_interval = case.function.starts_with("bootstrap");
+            let scale = if is_interval { case.expected[1] - case.expected[0] } else { expected.abs() };
+            assert!(
+                (found - expected).abs() <= relative * scale,
+                "{} of {:?} and {:?}: {found}, SciPy {expected}",
+                case.function,
+                case.first,
+                case.second
+            );
+        }
+    }
+    assert_eq!(cases.len(), 457, "the table is not whole");
+}
