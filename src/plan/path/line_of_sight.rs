@@ -57,9 +57,8 @@ impl PathStage for Stage {
         self.vertices.clear();
         self.vertices.extend(path.vertices());
         let vertices = &self.vertices;
-        let in_sight = |i: usize, j: usize| {
-            grid.line_of_sight_with_clearance(vertices[i], vertices[j], self.clearance_m)
-        };
+        let in_sight =
+            |i: usize, j: usize| grid.line_of_sight_with_clearance(vertices[i], vertices[j], self.clearance_m);
         let last = vertices.len() - 1;
         let mut pieces = Vec::new();
         let mut at = 0;
@@ -125,10 +124,10 @@ mod tests {
     #[test]
     fn arcs_stay_unless_a_shortcut_passes_over_them() {
         let arc = Piece::Arc { to: Vec2::new(2.5, 1.5), centre: Vec2::new(1.5, 1.5), sweep: FRAC_PI_2 };
-        let path =
-            Path::new(Vec2::new(0.5, 0.5), vec![Piece::Line { to: Vec2::new(1.5, 0.5) }, arc, Piece::Line {
-                to: Vec2::new(2.5, 2.5),
-            }]);
+        let path = Path::new(
+            Vec2::new(0.5, 0.5),
+            vec![Piece::Line { to: Vec2::new(1.5, 0.5) }, arc, Piece::Line { to: Vec2::new(2.5, 2.5) }],
+        );
         let (_, wall) = drawn(&["#..", "##.", "..."]);
         assert_eq!(stage(0.0).apply(&wall, &path), path);
         let (_, open) = drawn(&["...", "...", "..."]);
