@@ -4,7 +4,7 @@
 //! that neither searches nor lines of sight ever test for the edge of the map.
 
 use crate::geometry::{Rect, Vec2, point_segment_distance};
-use crate::map::{Cell, DistanceField, OccupancyGrid};
+use crate::map::{Cell, DistanceField, OccupancyGrid, SIDE_MAX};
 use crate::math;
 
 /// What a cell of the planning grid allows.
@@ -30,12 +30,9 @@ const OPENING: u8 = 0b100;
 /// How many times a step from or to a cell of an escape zone costs its plain cost (`design.md` §4).
 pub const ESCAPE_FACTOR: u32 = 10;
 
-/// Longest side of a planning grid, cells: [`Cells`](crate::quantity::Cells) allows no more, and
-/// the integers of [`PlanningGrid::line_of_sight`] hold no more.
-const SIDE_MAX: i32 = 1 << 14;
-
 /// Points are rounded to this fraction of a cell before their sight is computed in integers.
-/// Cell centres and corners are represented exactly.
+/// Cell centres and corners are represented exactly; products of two coordinates of a map of
+/// [`SIDE_MAX`] cells stay below 2⁶¹.
 const UNITS_PER_CELL: i64 = 1 << 16;
 
 /// Slack of comparisons between distances, m: what rounding may take from an exact clearance.
@@ -49,7 +46,7 @@ pub struct PlanningGrid {
     resolution_m: f64,
     /// Padded, row-major, `(cols + 2) * (rows + 2)`.
     cells: Vec<u8>,
-    /// Cells that are being opened; kept for its memory.
+    /// The last escape zone opened; empty where there is none. Kept for its memory.
     zone: Vec<u32>,
 }
 
@@ -58,7 +55,7 @@ impl PlanningGrid {
     /// occupied square (the border of the map counts as occupied). Without inflation the field is not read.
     ///
     /// # Panics
-    /// If a side is longer than 16384 cells.
+    /// If a side is longer than [`SIDE_MAX`] cells.
     pub fn new(grid: &OccupancyGrid, field: &DistanceField, inflation_m: f64) -> Self {
         let mut planning = Self::default();
         planning.rebuild(grid, field, inflation_m);
@@ -68,12 +65,14 @@ impl PlanningGrid {
     /// The same in place, keeping the memory. Escape zones are closed again.
     ///
     /// # Panics
-    /// If a side is longer than 16384 cells.
+    /// If a side is longer than [`SIDE_MAX`] cells.
     pub fn rebuild(&mut self, grid: &OccupancyGrid, field: &DistanceField, inflation_m: f64) {
-        assert!(grid.cols() <= SIDE_MAX && grid.rows() <= SIDE_MAX, "a planning grid has at most {SIDE_MAX}² cells");
+        let side = grid.cols().max(grid.rows()) as usize;
+        assert!(side <= SIDE_MAX, "a planning grid has at most {SIDE_MAX} cells a side");
         self.cols = grid.cols();
         self.rows = grid.rows();
         self.resolution_m = grid.resolution_m();
+        self.zone.clear();
         self.cells.clear();
         self.cells.resize(self.stride() * (self.rows as usize + 2), BLOCKED);
         let stride = self.stride();
@@ -300,6 +299,11 @@ impl PlanningGrid {
 
     fn contains(&self, cell: Cell) -> bool {
         cell.col >= 0 && cell.col < self.cols && cell.row >= 0 && cell.row < self.rows
+    }
+
+    /// Whether any cell belongs to an escape zone.
+    pub(super) fn has_escape_zone(&self) -> bool {
+        !self.zone.is_empty()
     }
 
     /// Cells from one row of the padded array to the next.
@@ -547,6 +551,25 @@ pub(super) mod tests {
         // No free cell can be reached through edges: all that is connected opens, and only that.
         grid.open_around(&map, Cell { col: 0, row: 1 });
         assert_eq!(drawing(&grid), ["e##.", "ee#.", "####"]);
+    }
+
+    #[test]
+    fn inflation_blocks_the_centres_that_are_too_near_to_a_square_or_the_border() {
+        let mut stream = stream(5);
+        for _ in 0..200 {
+            let map = random_map(&mut stream, 15, 0.1);
+            let inflation_m = stream.index(7) as f64 * 0.25 * map.resolution_m();
+            let grid = PlanningGrid::new(&map, &DistanceField::new(&map), inflation_m);
+            let all = (-1..=map.rows()).flat_map(|row| (-1..=map.cols()).map(move |col| Cell { col, row }));
+            let blocked: Vec<Cell> = all.filter(|&cell| !map.is_free(cell)).collect();
+            for index in 0..map.occupied().len() {
+                let cell = map.cell(index);
+                let distance_to = |other: &Cell| map.square(*other).signed_distance(map.centre(cell));
+                let distance_m = blocked.iter().map(distance_to).fold(f64::INFINITY, math::min);
+                let expected = map.is_free(cell) && distance_m >= inflation_m - 1e-9;
+                assert_eq!(grid.is_passable(cell), expected, "{cell:?} {distance_m} {inflation_m}");
+            }
+        }
     }
 
     #[test]

@@ -57,9 +57,10 @@ impl GlobalPlanner for Planner {
     }
 }
 
-struct CostPlusEstimate<'a> {
-    problem: &'a Problem<'a>,
-    params: &'a Params,
+/// A* as a rule of the search core, for one problem.
+pub(super) struct CostPlusEstimate<'a> {
+    pub problem: &'a Problem<'a>,
+    pub params: &'a Params,
 }
 
 impl Rule for CostPlusEstimate<'_> {
@@ -70,7 +71,7 @@ impl Rule for CostPlusEstimate<'_> {
     }
 
     fn moves(&self, from: &Visit<Steps>) -> Moves {
-        Moves::allowed(self.problem.grid, from.index, self.params.corner_rule)
+        Moves::worthwhile(self.problem.grid, from.index, self.params.corner_rule, from.arrived_by)
     }
 
     fn priority(&self, arrival: Arrival<Steps>) -> f64 {

@@ -63,7 +63,7 @@ impl Rule for UniformCost<'_> {
     }
 
     fn moves(&self, from: &Visit<Steps>) -> Moves {
-        Moves::allowed(self.grid, from.index, self.corner_rule)
+        Moves::worthwhile(self.grid, from.index, self.corner_rule, from.arrived_by)
     }
 
     fn priority(&self, arrival: Arrival<Steps>) -> f64 {

@@ -18,7 +18,7 @@
 //! closed nodes are final; an equal cost never replaces a connection. The goal that ends a search is
 //! not expanded, and an entry made worthless by a cheaper one is neither expanded nor counted.
 //!
-//! **Memory.** One record of 16 bytes per padded cell, and a heap. Nothing is cleared between
+//! **Memory.** One record of 16 bytes per padded cell, and the open list. Nothing is cleared between
 //! searches: a record is valid if it bears the stamp of the current search. Both grow to the
 //! largest map met and are kept.
 //!
@@ -28,6 +28,8 @@
 mod cost;
 mod moves;
 mod open;
+#[cfg(test)]
+mod tests;
 
 pub use cost::Heuristic;
 pub(super) use cost::{Cost, Steps};
@@ -38,7 +40,7 @@ use super::{PlanFailure, Problem, Search};
 use crate::map::Cell;
 use crate::plan::PlanningGrid;
 use crate::plan::grid::{ESCAPE, ESCAPE_FACTOR};
-use open::Open;
+use open::{Open, Popped};
 
 /// A node that is being expanded.
 #[derive(Clone, Copy, Debug)]
@@ -49,8 +51,10 @@ pub(super) struct Visit<C> {
     pub cell: Cell,
     /// Cost from the start.
     pub g: C,
-    /// Index of the node that it was reached from; its own for the start.
+    /// Index of the node that it is connected to; its own for the start.
     pub parent: u32,
+    /// The move that led to it, none for the start.
+    pub arrived_by: Option<Move>,
 }
 
 /// A node that is about to be pushed.
@@ -135,9 +139,9 @@ impl<C: Cost> Workspace<C> {
         let closed = opened + 1;
 
         self.nodes[start as usize] = Node { g: C::ZERO, parent: start, stamp: opened };
-        self.open.push(rule.priority(Arrival { cell: problem.start, g: C::ZERO }), 0.0, start);
+        self.open.push(rule.priority(Arrival { cell: problem.start, g: C::ZERO }), C::ZERO.value(), start, None);
         search.generated = 1;
-        while let Some((index, g)) = self.open.pop() {
+        while let Some(Popped { index, g, arrived_by }) = self.open.pop() {
             let node = &mut self.nodes[index as usize];
             if node.stamp == closed || node.g.value() != g {
                 continue; // a cheaper entry of the same node came first
@@ -149,7 +153,7 @@ impl<C: Cost> Workspace<C> {
             }
             node.stamp = closed;
             search.expanded += 1;
-            let from = Visit { index, cell: grid.cell(index), g: node.g, parent: node.parent };
+            let from = Visit { index, cell: grid.cell(index), g: node.g, parent: node.parent, arrived_by };
             let from_bits = grid.cells()[index as usize];
             for step in rule.moves(&from) {
                 let to = index.wrapping_add_signed(offsets[step.direction()]);
@@ -164,7 +168,8 @@ impl<C: Cost> Workspace<C> {
                     continue;
                 }
                 self.nodes[to as usize] = Node { g, parent, stamp: opened };
-                self.open.push(rule.priority(Arrival { cell: step.from(from.cell), g }), g.value(), to);
+                let f = rule.priority(Arrival { cell: step.from(from.cell), g });
+                self.open.push(f, g.value(), to, Some(step));
                 search.generated += 1;
             }
         }

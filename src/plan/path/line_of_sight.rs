@@ -57,9 +57,8 @@ impl PathStage for Stage {
         self.vertices.clear();
         self.vertices.extend(path.vertices());
         let vertices = &self.vertices;
-        let in_sight = |i: usize, j: usize| {
-            grid.line_of_sight_with_clearance(vertices[i], vertices[j], self.clearance_m)
-        };
+        let in_sight =
+            |i: usize, j: usize| grid.line_of_sight_with_clearance(vertices[i], vertices[j], self.clearance_m);
         let last = vertices.len() - 1;
         let mut pieces = Vec::new();
         let mut at = 0;
@@ -76,5 +75,96 @@ impl PathStage for Stage {
             }
         }
         Path::new(path.start(), pieces)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::FRAC_PI_2;
+    use crate::plan::global::{GlobalChoice, Problem};
+    use crate::plan::grid::tests::{drawn, random_cell, random_map, stream, uninflated};
+
+    fn stage(clearance_m: f64) -> Stage {
+        Stage::new(&Params { clearance_m: NonNegative::new(clearance_m) })
+    }
+
+    fn points(numbers: &[(f64, f64)]) -> Vec<Vec2> {
+        numbers.iter().map(|&(x, y)| Vec2::new(x, y)).collect()
+    }
+
+    #[test]
+    fn vertices_between_two_that_see_each_other_go() {
+        let (_, grid) = drawn(&[
+            "......", //
+            ".##...", //
+            "......", //
+        ]);
+        // Over the block from left to right. The way up to (1.5, 2.5) touches its corner (1, 2), the way
+        // down from (0.5, 2.5) to the end passes x = 3 at y = 1.875, below its top.
+        let path = Path::polyline(&points(&[(0.5, 1.5), (0.5, 2.5), (1.5, 2.5), (3.5, 2.5), (4.5, 1.5)]));
+        let kept: Vec<Vec2> = stage(0.0).apply(&grid, &path).vertices().collect();
+        assert_eq!(kept, points(&[(0.5, 1.5), (0.5, 2.5), (3.5, 2.5), (4.5, 1.5)]));
+    }
+
+    #[test]
+    fn shortcuts_keep_the_clearance_and_pieces_of_the_path_need_not() {
+        let (_, grid) = drawn(&[
+            ".....", //
+            "..#..", //
+            ".....", //
+        ]);
+        // Over the block's top, y = 2, on the line y = 2.25, and back down to the right.
+        let path = Path::polyline(&points(&[(1.5, 2.25), (2.5, 2.25), (3.5, 2.25), (3.5, 1.0)]));
+        let kept = |clearance_m| stage(clearance_m).apply(&grid, &path).vertices().collect::<Vec<_>>();
+        assert_eq!(kept(0.25), points(&[(1.5, 2.25), (3.5, 2.25), (3.5, 1.0)]));
+        assert_eq!(kept(0.26), path.vertices().collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn arcs_stay_unless_a_shortcut_passes_over_them() {
+        let arc = Piece::Arc { to: Vec2::new(2.5, 1.5), centre: Vec2::new(1.5, 1.5), sweep: FRAC_PI_2 };
+        let path = Path::new(
+            Vec2::new(0.5, 0.5),
+            vec![Piece::Line { to: Vec2::new(1.5, 0.5) }, arc, Piece::Line { to: Vec2::new(2.5, 2.5) }],
+        );
+        let (_, wall) = drawn(&["#..", "##.", "..."]);
+        assert_eq!(stage(0.0).apply(&wall, &path), path);
+        let (_, open) = drawn(&["...", "...", "..."]);
+        assert_eq!(stage(0.0).apply(&open, &path), Path::polyline(&points(&[(0.5, 0.5), (2.5, 2.5)])));
+    }
+
+    #[test]
+    fn single_points_and_single_pieces_stay_as_they_are() {
+        let (_, grid) = drawn(&["..", ".."]);
+        for path in [Path::polyline(&points(&[(0.5, 0.5)])), Path::polyline(&points(&[(0.5, 0.5), (1.5, 1.5)]))] {
+            assert_eq!(stage(0.0).apply(&grid, &path), path);
+        }
+    }
+
+    #[test]
+    fn pruned_paths_are_free_and_no_longer() {
+        let mut stream = stream(31);
+        let mut planner = GlobalChoice::by_name("a_star").expect("defaults").build();
+        let (mut cells, mut shorter) = (Vec::new(), 0);
+        for _ in 0..1500 {
+            let share = stream.range(0.0, 0.35);
+            let map = random_map(&mut stream, 30, share);
+            let grid = uninflated(&map);
+            let (start, goal) = (random_cell(&mut stream, &map), random_cell(&mut stream, &map));
+            if planner.plan(&Problem { grid: &grid, start, goal }, &mut cells).result.is_err() {
+                continue;
+            }
+            let vertices: Vec<Vec2> = cells.iter().map(|&cell| grid.centre(cell)).collect();
+            let path = Path::polyline(&vertices);
+            let pruned = stage(0.0).apply(&grid, &path);
+            assert_eq!((pruned.start(), pruned.end()), (path.start(), path.end()));
+            assert!(pruned.length() <= path.length() + 1e-9);
+            let mut kept = vertices.iter();
+            assert!(pruned.vertices().all(|vertex| kept.any(|&v| v == vertex)), "in the order of the path");
+            assert!(pruned.segments().all(|(from, piece)| grid.line_of_sight(from, piece.end())));
+            shorter += u32::from(pruned.length() < path.length() - 1e-9);
+        }
+        assert!(shorter > 300, "{shorter}");
     }
 }

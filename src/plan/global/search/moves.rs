@@ -32,7 +32,7 @@ pub(super) fn offsets(stride: usize) -> [i32; 8] {
 }
 
 /// A move to one of the eight neighbours.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(in super::super) struct Move(u8);
 
 impl Move {
@@ -59,25 +59,75 @@ pub(in super::super) struct Moves(u8);
 impl Moves {
     /// The moves that the corner rule allows from a cell of the map, given by its padded index.
     pub fn allowed(grid: &PlanningGrid, index: u32, rule: CornerRule) -> Self {
-        let (stride, west) = (grid.stride(), index as usize - 1);
-        let row = |first: usize| -> &[u8] { &grid.cells()[first..first + 3] };
-        let (below, here, above) = (row(west - stride), row(west), row(west + stride));
-        let bit = |bits: u8, direction: u32| (bits & PASSABLE) << direction;
-        let passable = bit(here[2], 0)
-            | bit(above[2], 1)
-            | bit(above[1], 2)
-            | bit(above[0], 3)
-            | bit(here[0], 4)
-            | bit(below[0], 5)
-            | bit(below[1], 6)
-            | bit(below[2], 7);
+        Self(rule.allows(passable_around(grid, index)))
+    }
+
+    /// The same without moves that cannot help a node reached by `arrived_by`, for searches whose g
+    /// is the plain length of a path: the node before leads to their cells at no larger cost, and
+    /// has done so already. What is expanded, when and at which g stays the same to the last node.
+    ///
+    /// Say the node x was reached by E from p. Its W is p; its NW and SW are a straight step from
+    /// p; its N and S are a diagonal step from p (√2, by way of x 2), unless the corner rule forbids
+    /// that step. Say it was reached by NE: its SW is p, its W and S are a straight step from p. With
+    /// escape zones a detour may be cheaper, so there nothing is left out.
+    pub fn worthwhile(grid: &PlanningGrid, index: u32, rule: CornerRule, arrived_by: Option<Move>) -> Self {
+        let passable = passable_around(grid, index);
+        let allowed = rule.allows(passable);
+        match arrived_by {
+            Some(arrived_by) if !grid.has_escape_zone() => {
+                // Written for E and NE, turned to the move's own direction.
+                let turn = u32::from(arrived_by.0 & !1);
+                Self(allowed & !rule.detours(passable.rotate_right(turn), arrived_by).rotate_left(turn))
+            }
+            _ => Self(allowed),
+        }
+    }
+}
+
+/// Bit k: the neighbour in direction k is passable.
+fn passable_around(grid: &PlanningGrid, index: u32) -> u8 {
+    let (stride, west) = (grid.stride(), index as usize - 1);
+    let row = |first: usize| -> &[u8] { &grid.cells()[first..first + 3] };
+    let (below, here, above) = (row(west - stride), row(west), row(west + stride));
+    let bit = |bits: u8, direction: u32| (bits & PASSABLE) << direction;
+    bit(here[2], 0)
+        | bit(above[2], 1)
+        | bit(above[1], 2)
+        | bit(above[0], 3)
+        | bit(here[0], 4)
+        | bit(below[0], 5)
+        | bit(below[1], 6)
+        | bit(below[2], 7)
+}
+
+impl CornerRule {
+    /// The allowed ones of eight moves, given which neighbours are passable.
+    fn allows(self, passable: u8) -> u8 {
         // A diagonal move's two neighbours are the directions before and after it.
         let (before, after) = (passable.rotate_left(1), passable.rotate_right(1));
-        Self(match rule {
-            CornerRule::Forbid => passable & (STRAIGHT | before & after),
-            CornerRule::OneFree => passable & (STRAIGHT | before | after),
-            CornerRule::Allow => passable,
-        })
+        match self {
+            Self::Forbid => passable & (STRAIGHT | before & after),
+            Self::OneFree => passable & (STRAIGHT | before | after),
+            Self::Allow => passable,
+        }
+    }
+
+    /// Moves from a node reached by E (or by NE, where `arrived_by` is diagonal) to cells that the node
+    /// before has led to, given which neighbours are passable.
+    fn detours(self, passable: u8, arrived_by: Move) -> u8 {
+        const NW: u8 = 1 << 3;
+        const W: u8 = 1 << 4;
+        const SW: u8 = 1 << 5;
+        const S: u8 = 1 << 6;
+        if arrived_by.is_diagonal() {
+            return W | SW | S;
+        }
+        // N and S: the diagonal step there had NW or SW beside it, and the node itself.
+        let by_diagonal = match self {
+            Self::Forbid => (passable & NW) >> 1 | (passable & SW) << 1,
+            Self::OneFree | Self::Allow => S | S >> 4,
+        };
+        NW | W | SW | by_diagonal
     }
 }
 

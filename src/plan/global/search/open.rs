@@ -6,6 +6,8 @@
 //! search by A* a child with the f of its parent goes to the end of the bucket in turn, from where
 //! it is taken next: no comparison with the rest.
 
+use super::Move;
+
 /// Buckets per unit of f.
 const BUCKETS_PER_CELL: f64 = 32.0;
 /// Buckets ahead of the one in turn, 4 cells of f: more than a step can add to f with a consistent heuristic.
@@ -17,6 +19,18 @@ struct Entry {
     f: u64,
     minus_g: u64,
     index: u32,
+    arrived_by: Option<Move>,
+}
+
+/// What comes out of the open list.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Popped {
+    /// Row-major index of the node.
+    pub index: u32,
+    /// The g that it was pushed with.
+    pub g: f64,
+    /// The move that it was pushed with.
+    pub arrived_by: Option<Move>,
 }
 
 /// The open list. Cheaper entries of a node are pushed beside the old ones, not moved.
@@ -60,13 +74,13 @@ impl Open {
         self.beyond_first = i64::MAX;
     }
 
-    /// Adds a node with its f, its g and its row-major index.
+    /// Adds a node with its f, its g, its row-major index and the move that led to it.
     ///
     /// # Panics
     /// If f is not a number.
-    pub fn push(&mut self, f: f64, g: f64, index: u32) {
+    pub fn push(&mut self, f: f64, g: f64, index: u32, arrived_by: Option<Move>) {
         assert!(!f.is_nan(), "the priority of a node is a number");
-        let entry = Entry { f: ordered(f), minus_g: !g.to_bits(), index };
+        let entry = Entry { f: ordered(f), minus_g: !g.to_bits(), index, arrived_by };
         // Rounding towards zero keeps the order, which is all that buckets need.
         let bucket = (f * BUCKETS_PER_CELL) as i64;
         if bucket <= self.turn {
@@ -77,12 +91,13 @@ impl Open {
         }
     }
 
-    /// Takes out the best entry: its index and the g it was pushed with.
-    pub fn pop(&mut self) -> Option<(u32, f64)> {
+    /// Takes out the best entry.
+    pub fn pop(&mut self) -> Option<Popped> {
         if self.current.is_empty() {
             self.turn_to_next_bucket();
         }
-        self.current.pop().map(|entry| (entry.index, f64::from_bits(!entry.minus_g)))
+        let Entry { minus_g, index, arrived_by, .. } = self.current.pop()?;
+        Some(Popped { index, g: f64::from_bits(!minus_g), arrived_by })
     }
 
     /// Keeps an entry for the turn of its bucket.
@@ -147,7 +162,7 @@ mod tests {
                     // Few different g, so that all three keys decide.
                     let (f, g) = (f(last_f, stream.uniform()), stream.index(3) as f64 * 0.7);
                     let index = index * 7919 % 300;
-                    open.push(f, g, index);
+                    open.push(f, g, index, None);
                     list.push((f, g, index));
                 } else {
                     let best = (0..list.len()).min_by(|&a, &b| {
@@ -155,7 +170,10 @@ mod tests {
                         a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)).then(a.2.cmp(&b.2))
                     });
                     let expected = best.map(|at| list.swap_remove(at));
-                    assert_eq!(open.pop(), expected.map(|(_, g, index)| (index, g)));
+                    assert_eq!(
+                        open.pop().map(|popped| (popped.index, popped.g)),
+                        expected.map(|(_, g, index)| (index, g))
+                    );
                     last_f = expected.map_or(last_f, |(f, _, _)| f);
                 }
             }
@@ -180,6 +198,6 @@ mod tests {
     #[test]
     #[should_panic(expected = "is a number")]
     fn a_priority_that_is_no_number_is_refused() {
-        Open::default().push(f64::NAN, 0.0, 1);
+        Open::default().push(f64::NAN, 0.0, 1, None);
     }
 }

@@ -1,0 +1,129 @@
+//! What every planner of a registry promises, asked of each of them: there is no second list of names.
+
+use simrun::map::{Cell, DistanceField, OccupancyGrid};
+use simrun::plan::PlanningGrid;
+use simrun::plan::global::{GlobalChoice, GlobalPlanner, PlanFailure, Problem, Search};
+
+/// Start `S`, goal `G`, obstacles `#`; several start and goal are allowed to be absent.
+fn problem(lines: &[&str]) -> (PlanningGrid, Cell, Cell) {
+    let plain: Vec<String> = lines.iter().map(|line| line.replace(['S', 'G'], ".")).collect();
+    let plain: Vec<&str> = plain.iter().map(String::as_str).collect();
+    let map = OccupancyGrid::from_ascii(&plain, 0.5);
+    let find = |letter| {
+        let row = lines.iter().position(|line| line.contains(letter)).expect("drawn");
+        let col = lines[row].find(letter).expect("drawn");
+        Cell { col: col as i32, row: (lines.len() - 1 - row) as i32 }
+    };
+    (PlanningGrid::new(&map, &DistanceField::new(&map), 0.0), find('S'), find('G'))
+}
+
+const FREE: &[&str] = &[
+    "..........", //
+    ".S.....##.", //
+    "...###....", //
+    "....#...G.", //
+    "..........", //
+];
+
+const BLOCKED: &[&str] = &[
+    ".....#....", //
+    ".S....#...", //
+    ".....#....", //
+    "....#...G.", //
+    "....#.....", //
+];
+
+fn planners() -> impl Iterator<Item = (&'static str, Box<dyn GlobalPlanner>)> {
+    GlobalChoice::NAMES.iter().map(|&name| {
+        let choice = GlobalChoice::by_name(name).expect("every parameter has a default");
+        assert_eq!(choice.name(), name);
+        (name, choice.build())
+    })
+}
+
+fn plan(planner: &mut dyn GlobalPlanner, (grid, start, goal): &(PlanningGrid, Cell, Cell)) -> (Search, Vec<Cell>) {
+    let mut path = vec![Cell { col: 1, row: 1 }; 3];
+    let search = planner.plan(&Problem { grid, start: *start, goal: *goal }, &mut path);
+    (search, path)
+}
+
+#[test]
+fn every_global_planner_finds_a_free_path_from_start_to_goal() {
+    let problem = problem(FREE);
+    for (name, mut planner) in planners() {
+        let (search, path) = plan(&mut *planner, &problem);
+        assert_eq!(search.result, Ok(()), "{name}");
+        assert_eq!((path[0], path[path.len() - 1]), (problem.1, problem.2), "{name}");
+        assert!(search.expanded > 0 && search.generated > 0, "{name}: {search:?}");
+        for pair in path.windows(2) {
+            let step = ((pair[1].col - pair[0].col).abs(), (pair[1].row - pair[0].row).abs());
+            let neighbours = step.0 <= 1 && step.1 <= 1;
+            assert!(neighbours || problem.0.line_of_sight_cells(pair[0], pair[1]), "{name}: {pair:?}");
+            assert!(step != (0, 0) && problem.0.is_passable(pair[1]), "{name}: {pair:?}");
+        }
+    }
+}
+
+#[test]
+fn every_global_planner_says_that_no_path_exists() {
+    let problem = problem(BLOCKED);
+    for (name, mut planner) in planners() {
+        let (search, path) = plan(&mut *planner, &problem);
+        assert_eq!((search.result, path), (Err(PlanFailure::NoPath), vec![]), "{name}");
+    }
+}
+
+#[test]
+fn every_global_planner_stays_where_start_and_goal_are_one_cell() {
+    let (grid, start, _) = problem(FREE);
+    for (name, mut planner) in planners() {
+        let (search, path) = plan(&mut *planner, &(grid.clone(), start, start));
+        assert_eq!((search.result, path), (Ok(()), vec![start]), "{name}");
+    }
+}
+
+#[test]
+fn every_global_planner_refuses_occupied_ends_and_ends_outside() {
+    let (grid, start, goal) = problem(FREE);
+    for blocked in [Cell { col: 4, row: 2 }, Cell { col: -1, row: 0 }, Cell { col: 0, row: -1 }].into_iter().chain([
+        Cell { col: 10, row: 0 },
+        Cell { col: 0, row: 5 },
+        Cell { col: i32::MAX, row: i32::MIN },
+    ]) {
+        for (name, mut planner) in planners() {
+            let (search, path) = plan(&mut *planner, &(grid.clone(), blocked, goal));
+            assert_eq!((search.result, path), (Err(PlanFailure::StartOccupied), vec![]), "{name} {blocked:?}");
+            let (search, path) = plan(&mut *planner, &(grid.clone(), start, blocked));
+            assert_eq!((search.result, path), (Err(PlanFailure::GoalOccupied), vec![]), "{name} {blocked:?}");
+            let (search, _) = plan(&mut *planner, &(grid.clone(), blocked, blocked));
+            assert_eq!(search.result, Err(PlanFailure::StartOccupied), "{name} {blocked:?}");
+        }
+    }
+}
+
+#[test]
+fn every_global_planner_answers_the_same_twice_and_after_other_problems() {
+    let (a, b) = (problem(FREE), problem(BLOCKED));
+    let larger: Vec<String> = FREE.iter().map(|line| format!("{line}{}", ".".repeat(30))).collect();
+    let larger: Vec<&str> = larger.iter().map(String::as_str).collect();
+    let c = problem(&larger);
+    for (name, mut planner) in planners() {
+        let alone = |problem| {
+            let fresh = GlobalChoice::by_name(name).expect("defaults").build();
+            plan(&mut *{ fresh }, problem)
+        };
+        for problem in [&a, &a, &c, &b, &a, &c] {
+            planner.reset();
+            assert_eq!(plan(&mut *planner, problem), alone(problem), "{name}");
+        }
+    }
+}
+
+#[test]
+fn every_global_planner_has_a_name_of_its_own_a_summary_and_a_source() {
+    assert_eq!(GlobalChoice::ENTRIES.len(), GlobalChoice::NAMES.len());
+    for (at, (name, entry)) in GlobalChoice::NAMES.iter().zip(GlobalChoice::ENTRIES).enumerate() {
+        assert!(!GlobalChoice::NAMES[..at].contains(name), "{name} twice");
+        assert!(entry.summary.ends_with('.') && !entry.source.is_empty(), "{name}");
+    }
+}
