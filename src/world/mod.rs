@@ -37,6 +37,7 @@ mod truth;
 pub use generate::{Infeasible, SceneError};
 pub use obstacle::{Mover, Shape, UnknownStatic};
 pub use scene::{ObstacleKind, Scene};
+pub use spec::{SceneSpec, SensingSpec};
 pub use statics::StaticMap;
 pub use truth::{Contact, Step, World};
 
