@@ -51,9 +51,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut runner = Runner::default();
     for episode in 0..5 {
         let seed = EpisodeSeed { seed: 1, episode };
-        let scene = Scene::generate(&SceneSpec::default(), &map, &robot, seed)?;
+        let scene = Scene::generate(&SceneSpec::default(), &map, &robot, robot.radius_m, seed)?;
         let outcome = runner.run(&scene, &robot, &SensingSpec::default(), &TerminationSpec::default(), &mut stack);
-        let time_s = (runner.trace.ticks.len() - 1) as f64 * DT_S;
+        let time_s = (runner.record.trace.ticks.len() - 1) as f64 * DT_S;
         println!("episode {episode}: {} after {time_s:.1} s", outcome.name());
     }
     Ok(())

@@ -39,7 +39,9 @@ pub struct PlanningSpec {
 /// A point that moves along the path ahead of the robot.
 ///
 /// A local planner that is given far key nodes cuts across what the path avoids and overshoots the
-/// turns; this hands it the path itself.
+/// turns; this hands it the path itself. Where the point is out of the robot's sight on the planning
+/// grid it is drawn back along the path until it is in sight: a sub-goal behind a corner would pull
+/// the robot into the corner.
 pub mod lookahead {
     use super::{Deserialize, JsonSchema, Positive, Serialize};
 
@@ -47,14 +49,16 @@ pub mod lookahead {
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
     #[serde(deny_unknown_fields, default)]
     pub struct Params {
-        /// Arc length from the robot's place on the path to the sub-goal, m; a little more than top speed × horizon
-        /// lets a dynamic window drive at full speed. Default 3.5.
+        /// Arc length from the robot's place on the path to the sub-goal, m; about top speed × horizon
+        /// lets a dynamic window drive at full speed. Default 3.
         pub distance_m: Positive,
+        /// The sub-goal is not drawn back nearer than this, m; default 0.5.
+        pub distance_min_m: Positive,
     }
 
     impl Default for Params {
         fn default() -> Self {
-            Self { distance_m: Positive::new(3.5) }
+            Self { distance_m: Positive::new(3.0), distance_min_m: Positive::new(0.5) }
         }
     }
 }
@@ -99,14 +103,24 @@ pub mod never {
     pub struct Params {}
 }
 
-/// Plan again when the rest of the path has become blocked on the belief map.
+/// Plan again when the rest of the path has become blocked on the belief map, or the robot has come to a stand.
 pub mod when_blocked {
-    use super::{Deserialize, JsonSchema, Serialize};
+    use super::{Deserialize, JsonSchema, NonNegative, Serialize};
 
-    /// No parameters.
-    #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+    /// When a stand counts as blocked.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
     #[serde(deny_unknown_fields, default)]
-    pub struct Params {}
+    pub struct Params {
+        /// Also plan again when the robot has stood within 0.1 m for this long, s: a new path may lead elsewhere, and one that
+        /// came into force at full speed may have been missed. 0 never does; default 5.
+        pub after_standing_s: NonNegative,
+    }
+
+    impl Default for Params {
+        fn default() -> Self {
+            Self { after_standing_s: NonNegative::new(5.0) }
+        }
+    }
 }
 
 /// Plan again when the robot has stood for a while.
@@ -142,6 +156,9 @@ pub mod every {
         pub period_s: Positive,
     }
 }
+
+/// Distance within which a robot counts as standing, m.
+const STANDING_RADIUS_M: f64 = 0.1;
 
 choice! {
     /// When the global planner is asked again, on the map as believed by then.
@@ -300,7 +317,8 @@ impl Stack {
             let _ = self.plan(observation);
             self.anchor = Anchor { position: observation.pose.position, tick: observation.tick };
         }
-        self.route.advance(observation.pose.position, &self.sub_goals);
+        let grid = self.global.is_some().then_some(&self.grid);
+        self.route.advance(observation.pose.position, &self.sub_goals, grid);
         self.local.decide(observation, &self.route.guidance())
     }
 
@@ -332,18 +350,27 @@ impl Stack {
     fn wants_new_path(&mut self, observation: &Observation<'_>) -> bool {
         match &self.replan {
             Replan::never(_) => false,
-            Replan::when_blocked(_) => {
-                let revision = observation.belief.revision();
-                if revision == self.checked_revision {
-                    return false;
-                }
-                self.checked_revision = revision;
-                self.rebuild_grid(observation);
-                !self.route.rest_is_free(&self.grid)
+            Replan::when_blocked(params) => {
+                let after_s = params.after_standing_s.get();
+                (after_s > 0.0 && self.has_stood(observation, after_s)) || self.has_become_blocked(observation)
             }
-            Replan::when_stuck(params) => observation.time_since_s(self.anchor.tick) >= params.after_s.get() - 1e-9,
+            Replan::when_stuck(params) => self.has_stood(observation, params.after_s.get()),
             Replan::every(params) => observation.time_since_s(self.planned_tick) >= params.period_s.get() - 1e-9,
         }
+    }
+
+    fn has_stood(&self, observation: &Observation<'_>, time_s: f64) -> bool {
+        observation.time_since_s(self.anchor.tick) >= time_s - 1e-9
+    }
+
+    fn has_become_blocked(&mut self, observation: &Observation<'_>) -> bool {
+        let revision = observation.belief.revision();
+        if revision == self.checked_revision {
+            return false;
+        }
+        self.checked_revision = revision;
+        self.rebuild_grid(observation);
+        !self.route.rest_is_free(&self.grid)
     }
 
     fn rebuild_grid(&mut self, observation: &Observation<'_>) {
@@ -442,24 +469,33 @@ impl Route {
     }
 
     /// Moves progress and sub-goal on as far as they go.
-    fn advance(&mut self, position: Vec2, rule: &SubGoals) {
+    fn advance(&mut self, position: Vec2, rule: &SubGoals, grid: Option<&PlanningGrid>) {
         match rule {
-            SubGoals::lookahead(params) => self.look_ahead(position, params.distance_m.get()),
+            SubGoals::lookahead(params) => self.look_ahead(position, params, grid),
             SubGoals::key_nodes(params) => self.switch_nodes(position, params.switching_radius_m.get()),
         }
     }
 
-    fn look_ahead(&mut self, position: Vec2, distance_m: f64) {
-        let end_m = self.ends_m[self.ends_m.len() - 1];
+    fn look_ahead(&mut self, position: Vec2, params: &lookahead::Params, grid: Option<&PlanningGrid>) {
+        let (distance_m, distance_min_m) = (params.distance_m.get(), params.distance_min_m.get());
         // Only as far as the sub-goal: a path that passes the same place twice must not let the progress jump.
         self.project(position, self.progress_m, self.progress_m + distance_m);
-        let ahead_m = self.progress_m + distance_m;
         while self.next + 1 < self.nodes.len() && self.ends_m[self.next] < self.progress_m {
             self.next += 1;
         }
-        self.previous_node = self.path.point_at(self.progress_m);
-        self.is_last = ahead_m >= end_m;
-        self.sub_goal = if self.is_last { self.path.end() } else { self.path.point_at(ahead_m) };
+        let end_m = self.ends_m[self.ends_m.len() - 1];
+        let mut ahead_m = distance_m;
+        let point = |ahead_m: f64| self.path.point_at(self.progress_m + ahead_m);
+        if let Some(grid) = grid {
+            let step_m = 0.5 * grid.resolution_m();
+            while ahead_m > distance_min_m && !grid.line_of_sight(position, point(ahead_m)) {
+                ahead_m = math::max(ahead_m - step_m, distance_min_m);
+            }
+        }
+        let sub_goal = point(ahead_m);
+        self.previous_node = point(0.0);
+        self.is_last = self.progress_m + ahead_m >= end_m;
+        self.sub_goal = if self.is_last { self.path.end() } else { sub_goal };
     }
 
     fn switch_nodes(&mut self, position: Vec2, switching_radius_m: f64) {
@@ -524,8 +560,11 @@ struct Anchor {
 
 impl Anchor {
     fn follow(&mut self, observation: &Observation<'_>, replan: &Replan) {
-        let Replan::when_stuck(params) = replan else { return };
-        if (observation.pose.position - self.position).norm() > params.radius_m.get() {
+        let radius_m = match replan {
+            Replan::when_stuck(params) => params.radius_m.get(),
+            _ => STANDING_RADIUS_M,
+        };
+        if (observation.pose.position - self.position).norm() > radius_m {
             *self = Self { position: observation.pose.position, tick: observation.tick };
         }
     }
