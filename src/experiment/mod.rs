@@ -9,7 +9,6 @@ use crate::episode::{DT_S, Outcome, Runner, Timings};
 use crate::map::MapError;
 use crate::metrics::{self, Metrics};
 use crate::plan::stack::{Stack, StackSpec};
-use crate::quantity::NonNegative;
 use crate::results::{Digest, Folder, Identity, Order, Point, ResultsError, Row, Timing};
 use crate::rng::EpisodeSeed;
 use crate::robot::Robot;
@@ -231,7 +230,7 @@ impl Experiment {
                 Arc::new(StaticMap::new(grid.map_err(|error| Infeasible { message: error.to_string() })?))
             }
         };
-        let inflation_m = self.scenario.planning.inflation_m.map_or(self.robot.radius_m, NonNegative::get);
+        let inflation_m = self.scenario.planning.inflation_m(self.robot.radius_m);
         Scene::generate(&self.scene_spec, &map, &self.robot, inflation_m, seed)
     }
 

@@ -30,10 +30,21 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 pub struct PlanningSpec {
     /// Distance that cell centres of the planned path keep from obstacle squares, m; the robot's
-    /// circumscribed radius where absent. The papers plan with 0 and clearance rules of their own.
+    /// radius and 0.05 m where absent: a path at exactly the radius touches, and no local planner can
+    /// follow it. The papers plan with 0 and clearance rules of their own.
     pub inflation_m: Option<NonNegative>,
     /// Which point of the path the local planner steers for; default `lookahead`.
     pub sub_goals: SubGoals,
+}
+
+/// What planned paths keep from obstacles beyond the robot's radius where a scenario does not say, m.
+const PLANNING_MARGIN_M: f64 = 0.05;
+
+impl PlanningSpec {
+    /// The inflation of the planning grid for a robot of radius `radius_m`, m.
+    pub fn inflation_m(&self, radius_m: f64) -> f64 {
+        self.inflation_m.map_or(radius_m + PLANNING_MARGIN_M, NonNegative::get)
+    }
 }
 
 /// A point that moves along the path ahead of the robot.
@@ -52,13 +63,13 @@ pub mod lookahead {
         /// Arc length from the robot's place on the path to the sub-goal, m; about top speed × horizon
         /// lets a dynamic window drive at full speed. Default 3.
         pub distance_m: Positive,
-        /// The sub-goal is not drawn back nearer than this, m; default 0.5.
+        /// The sub-goal is not drawn back nearer than this, m; default 1.5.
         pub distance_min_m: Positive,
     }
 
     impl Default for Params {
         fn default() -> Self {
-            Self { distance_m: Positive::new(3.0), distance_min_m: Positive::new(0.5) }
+            Self { distance_m: Positive::new(3.0), distance_min_m: Positive::new(1.5) }
         }
     }
 }
@@ -233,8 +244,7 @@ pub struct Stack {
     global: Option<Box<dyn GlobalPlanner>>,
     stages: Vec<Box<dyn PathStage>>,
     local: Box<dyn LocalPlanner>,
-    inflation_m: Option<f64>,
-    sub_goals: SubGoals,
+    planning: PlanningSpec,
     replan: Replan,
     grid: PlanningGrid,
     cells: Vec<Cell>,
@@ -263,8 +273,7 @@ impl Stack {
             global,
             stages,
             local,
-            inflation_m: None,
-            sub_goals: SubGoals::default(),
+            planning: PlanningSpec::default(),
             replan: Replan::default(),
             grid: PlanningGrid::default(),
             cells: Vec::new(),
@@ -280,8 +289,7 @@ impl Stack {
     /// The same stack with other planning settings.
     #[must_use]
     pub fn with_planning(mut self, spec: &PlanningSpec) -> Self {
-        self.inflation_m = spec.inflation_m.map(NonNegative::get);
-        self.sub_goals = spec.sub_goals.clone();
+        self.planning = spec.clone();
         self
     }
 
@@ -318,7 +326,7 @@ impl Stack {
             self.anchor = Anchor { position: observation.pose.position, tick: observation.tick };
         }
         let grid = self.global.is_some().then_some(&self.grid);
-        self.route.advance(observation.pose.position, &self.sub_goals, grid);
+        self.route.advance(observation.pose.position, &self.planning.sub_goals, grid);
         self.local.decide(observation, &self.route.guidance())
     }
 
@@ -375,7 +383,7 @@ impl Stack {
 
     fn rebuild_grid(&mut self, observation: &Observation<'_>) {
         let belief = observation.belief;
-        let inflation_m = self.inflation_m.unwrap_or(observation.robot.radius_m);
+        let inflation_m = self.planning.inflation_m(observation.robot.radius_m);
         self.grid.rebuild(belief.grid(), belief.field(), inflation_m);
         for point in [observation.pose.position, observation.goal] {
             self.grid.open_around(belief.grid(), belief.grid().cell_at(point));

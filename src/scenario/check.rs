@@ -9,7 +9,6 @@ use crate::map::MapError;
 use crate::map::connectivity::Components;
 use crate::math;
 use crate::plan::PlanningGrid;
-use crate::quantity::NonNegative;
 use crate::rng::EpisodeSeed;
 use crate::robot::Robot;
 use crate::world::StaticMap;
@@ -163,7 +162,7 @@ impl Scenario {
                 (0..grid.occupied().len()).map(|index| planning.is_passable(grid.cell(index))).collect();
             Components::new(grid, &passable).connected(grid.index(start), grid.index(goal))
         };
-        let inflation_m = self.planning.inflation_m.map_or(self.robot.radius_m.get(), NonNegative::get);
+        let inflation_m = self.planning.inflation_m(self.robot.radius_m.get());
         if is_way(inflation_m) {
             return Ok(());
         }
@@ -173,7 +172,7 @@ impl Scenario {
         Err(if inflation_m > 0.0 && is_way(0.0) {
             refused
                 .note(format!("planned paths keep {inflation_m} m from obstacles, and every way between the two is narrower"))
-                .help("widen the passage, or lower `planning.inflation_m` (by default the robot's radius) or `robot.radius_m`")
+                .help("widen the passage, or lower `planning.inflation_m` (by default the robot's radius and 0.05 m) or `robot.radius_m`")
         } else {
             refused
                 .note("obstacles of the known map part the two")

@@ -1,0 +1,143 @@
+//! The command as a user meets it: what it prints, what it writes, how it exits.
+
+use assert_cmd::Command;
+use std::fs;
+use std::path::Path;
+
+fn simrun(folder: &Path) -> Command {
+    let mut command = Command::cargo_bin("simrun").unwrap();
+    command.current_dir(folder).env("NO_COLOR", "1");
+    command
+}
+
+fn scenario(name: &str) -> String {
+    format!("{}/scenarios/{name}.yaml", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn stderr(command: &mut Command) -> String {
+    String::from_utf8(command.output().unwrap().stderr).unwrap()
+}
+
+fn stdout(command: &mut Command) -> String {
+    String::from_utf8(command.output().unwrap().stdout).unwrap()
+}
+
+#[test]
+fn a_scenario_alone_runs_and_prints_its_table() {
+    let scratch = tempfile::tempdir().unwrap();
+    let text = stdout(simrun(scratch.path()).arg(scenario("01_empty")));
+    assert!(text.contains("a_star+dwa") && text.contains("results/01_empty/episodes.csv"), "{text}");
+    for file in ["episodes.csv", "summary.csv", "timings.csv", "manifest.json"] {
+        assert!(scratch.path().join("results/01_empty").join(file).exists(), "{file}");
+    }
+    let again = simrun(scratch.path()).arg(scenario("01_empty")).assert().success();
+    let message = String::from_utf8(again.get_output().stderr.clone()).unwrap();
+    assert!(message.contains("complete, nothing to run"), "{message}");
+}
+
+#[test]
+fn a_bad_scenario_exits_with_2_and_writes_nothing() {
+    let scratch = tempfile::tempdir().unwrap();
+    let bad = format!("{}/tests/bad_scenarios", env!("CARGO_MANIFEST_DIR"));
+    let mut count = 0;
+    for entry in fs::read_dir(bad).unwrap() {
+        let path = entry.unwrap().path();
+        let text = fs::read_to_string(&path).unwrap_or_default();
+        // Fixtures that need options or other bytes are tested with the reader itself.
+        if path.extension().is_none_or(|ending| ending != "yaml") || text.starts_with("# --set") || text.is_empty() {
+            continue;
+        }
+        simrun(scratch.path()).arg(&path).assert().code(2);
+        count += 1;
+    }
+    assert!(count >= 12, "{count} fixtures");
+    assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 0, "nothing was written");
+}
+
+#[test]
+fn a_key_that_does_not_exist_is_refused_with_the_nearest_one() {
+    let scratch = tempfile::tempdir().unwrap();
+    let mut command = simrun(scratch.path());
+    command.arg(scenario("01_empty")).args(["--set", "limits.sped_max_mps=2"]);
+    command.assert().code(2);
+    let message = stderr(&mut command);
+    assert!(message.contains("--set limits.sped_max_mps=2") && message.contains("speed_max_mps"), "{message}");
+}
+
+#[test]
+fn an_unknown_stack_is_refused_with_the_nearest_one() {
+    let scratch = tempfile::tempdir().unwrap();
+    let mut command = simrun(scratch.path());
+    command.arg(scenario("01_empty")).args(["--stack", "a_star+dwaa"]);
+    command.assert().code(2);
+    assert!(stderr(&mut command).contains("did you mean `a_star+dwa`"), "{}", stderr(&mut command));
+}
+
+#[test]
+fn a_missed_requirement_exits_with_3() {
+    let scratch = tempfile::tempdir().unwrap();
+    simrun(scratch.path()).arg(scenario("06_u_trap")).args(["--require-success", "1"]).assert().code(3);
+}
+
+#[test]
+fn another_run_in_the_same_folder_is_refused() {
+    let scratch = tempfile::tempdir().unwrap();
+    simrun(scratch.path()).arg(scenario("01_empty")).assert().success();
+    let mut other = simrun(scratch.path());
+    other.arg(scenario("01_empty")).args(["--set", "limits.speed_max_mps=0.5"]);
+    other.assert().code(1);
+    assert!(stderr(&mut other).contains("limits.speed_max_mps"), "{}", stderr(&mut other));
+    other.arg("--force").assert().success();
+}
+
+#[test]
+fn one_episode_prints_its_rows_and_writes_only_the_trace() {
+    let scratch = tempfile::tempdir().unwrap();
+    let mut command = simrun(scratch.path());
+    command.arg(scenario("05_crossing")).args(["--episode", "3", "--stack", "dwa"]);
+    let text = stdout(&mut command);
+    assert_eq!(text.lines().count(), 2, "{text}");
+    assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 0);
+    command.arg("--trace").assert().success();
+    let trace = fs::read_to_string(scratch.path().join("results/05_crossing/traces/e000003_dwa.csv")).unwrap();
+    assert!(trace.starts_with("tick,time_s,x_m,y_m,theta_rad,"), "{}", trace.lines().next().unwrap());
+}
+
+#[test]
+fn verify_says_that_the_bytes_are_the_same() {
+    let scratch = tempfile::tempdir().unwrap();
+    let text = stdout(simrun(scratch.path()).arg("verify").arg(scenario("02_wall")));
+    assert!(text.contains("identical"), "{text}");
+    assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn a_resolved_scenario_is_a_scenario() {
+    let scratch = tempfile::tempdir().unwrap();
+    let resolved = stdout(simrun(scratch.path()).args(["check", "--resolved"]).arg(scenario("warehouse")));
+    let path = scratch.path().join("resolved.yaml");
+    fs::write(&path, &resolved).unwrap();
+    let again = stdout(simrun(scratch.path()).args(["check", "--resolved"]).arg(&path));
+    assert_eq!(resolved, again);
+}
+
+#[test]
+fn planners_lists_every_planner_and_describes_one() {
+    let scratch = tempfile::tempdir().unwrap();
+    let list = stdout(simrun(scratch.path()).arg("planners"));
+    let names = simrun::plan::global::GlobalChoice::NAMES.iter().chain(simrun::plan::local::LocalChoice::NAMES);
+    for name in names {
+        assert!(list.contains(name), "{name} is not in {list}");
+    }
+    let one = stdout(simrun(scratch.path()).args(["planners", "dwa"]));
+    assert!(one.contains("horizon_s") && one.contains("Fox"), "{one}");
+    simrun(scratch.path()).args(["planners", "dwaa"]).assert().code(2);
+}
+
+#[test]
+fn draw_makes_a_picture() {
+    let scratch = tempfile::tempdir().unwrap();
+    let svg = stdout(simrun(scratch.path()).arg("draw").arg(scenario("04_unknown_pallet")).args(["-o", "-"]));
+    assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+    assert!(svg.contains("not on the map") && svg.contains("planned path"));
+}
