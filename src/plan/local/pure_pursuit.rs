@@ -17,7 +17,8 @@
 //! - Coulter leaves the speed open. Here: as fast as the limits allow, with |κ| v ≤ ω_max, and slow enough to come
 //!   to a stop at the end of the path.
 //! - A robot that turns on the spot can face any way: where the look-ahead point lies behind (|bearing| > π/2) it
-//!   brakes and turns there first, since the circle of κ would lead the long way round.
+//!   comes to a stop, for the circle of κ would lead the long way round; at rest it turns on the spot until it faces
+//!   the point to within 0.3 rad.
 //!
 //! Parameters: [`Params`].
 
@@ -50,6 +51,9 @@ pub const ENTRY: Entry = Entry {
     source: "R. C. Coulter, Implementation of the pure pursuit path tracking algorithm, CMU-RI-TR-92-01, 1992",
 };
 
+/// A robot at rest turns on the spot until the look-ahead point is within this bearing, rad.
+const ALIGNED_RAD: f64 = 0.3;
+
 /// The planner. It has no state: its answer depends on the observation and the guidance alone.
 #[derive(Clone, Debug)]
 pub struct Planner {
@@ -68,7 +72,10 @@ impl LocalPlanner for Planner {
         let Observation { pose, twist, robot, dt_s, .. } = *observation;
         let (point, left_m) = look_ahead(guidance.path, guidance.progress_m, pose.position, self.lookahead_m);
         let bearing = pose.bearing_to(point);
-        let command = if bearing.abs() > math::FRAC_PI_2 {
+        let is_rolling = twist.v.abs() > robot.deceleration_mps2 * dt_s;
+        let command = if is_rolling && bearing.abs() > math::FRAC_PI_2 {
+            Twist::ZERO
+        } else if !is_rolling && bearing.abs() > ALIGNED_RAD {
             Twist { v: 0.0, omega: turn_on_the_spot(bearing, robot, dt_s) }
         } else {
             follow(curvature(pose, point), left_m, twist, robot, dt_s)
