@@ -2,6 +2,8 @@
 //!
 //! Run with `cargo run --release --example own_planner`.
 
+#![expect(clippy::print_stdout, reason = "an example shows its result")]
+
 use simrun::episode::{DT_S, Runner, TerminationSpec};
 use simrun::geometry::Twist;
 use simrun::map::OccupancyGrid;

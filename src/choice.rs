@@ -1,6 +1,6 @@
 //! A named choice with parameters, as scenario files write it: `name` or `name: {params}`.
 //!
-//! [`choice!`] turns a list of modules, each with a `Params` type, into one enum whose variants
+//! The macro `choice!` turns a list of modules, each with a `Params` type, into one enum whose variants
 //! are called like the modules, and derives everything that must agree with that list: reading
 //! (with "did you mean"), writing, the JSON Schema and the list of names. The parameters are read
 //! straight from the file's own reader, so that an error keeps its line, column and key path.

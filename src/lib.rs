@@ -1,4 +1,53 @@
-//! simrun drives a differential-drive AGV through a 2-D world, headless, tick by tick.
+//! simrun drives a differential-drive AGV through a 2-D world, headless, tick by tick, and compares the planners that drive it.
+//!
+//! ```text
+//! scenario.yaml ──► Scenario ──► map, world, stacks, seeds
+//!                                  │   one block = one world (an episode), driven by every stack
+//!                                  ▼
+//!     ┌──────────────────── episode: every tick of 0.1 s ───────────────────┐
+//!     │  world (rapier2d, the truth) ── Observation ──► stack ──► Twist      │
+//!     │        ▲                         (the belief)   global × local │     │
+//!     │        └──────────── actuate, step, judge ◄────────────────────┘     │
+//!     └─────────────────────────────┬───────────────────────────────────────┘
+//!                                   ▼ Trace
+//!                        metrics ──► results (CSV) ──► pictures
+//! ```
+//!
+//! **Data flows one way**, and a module imports only from those above it in this order: [`math`], [`quantity`], [`geometry`],
+//! [`rng`], [`clock`], [`choice`]; [`map`], [`robot`], [`observation`]; [`plan`]; [`world`]; [`trace`], [`episode`],
+//! [`metrics`]; [`scenario`]; [`analysis`], [`results`], [`experiment`]; [`report`], [`cli`]. Planners never see the world: they
+//! meet in [`episode`] alone, through an [`observation::Observation`] and a [`geometry::Twist`].
+//!
+//! **Frames and units.** SI throughout, angles in radians, x forward or east, y left or north, yaw counter-clockwise. Inside, positions
+//! are in the *grid frame*, whose origin is the map's lower left corner; scenario files, tables and traces use the map's own
+//! *world frame* ([`map::Frame`]). Time is an integer tick of [`episode::DT_S`].
+//!
+//! **Determinism.** The same scenario, seed and build give the same bytes for any number of threads, in debug and release: named random
+//! streams ([`rng`]), portable transcendental functions ([`math`]), no wall clock ([`clock`] feeds `timings.csv` alone), specified ties.
+//!
+//! A world built in code, driven by planners of the registry:
+//!
+//! ```
+//! use simrun::episode::{Outcome, Runner, TerminationSpec};
+//! use simrun::map::OccupancyGrid;
+//! use simrun::plan::{global::GlobalChoice, local::LocalChoice, stack::Stack};
+//! use simrun::rng::EpisodeSeed;
+//! use simrun::robot::Robot;
+//! use simrun::world::{Scene, SceneSpec, SensingSpec, StaticMap};
+//! use std::sync::Arc;
+//!
+//! let hall = OccupancyGrid::from_ascii(&["..........", "....##....", "..........", ".........."], 1.0);
+//! let robot = Robot::default();
+//! let seed = EpisodeSeed { seed: 1, episode: 0 };
+//! let scene = Scene::generate(&SceneSpec::default(), &Arc::new(StaticMap::new(hall)), &robot, 0.3, seed)?;
+//!
+//! let (global, local) = (GlobalChoice::by_name("a_star")?, LocalChoice::by_name("dwa")?);
+//! let mut stack = Stack::new(Some(global.build()), Vec::new(), local.build());
+//! let mut runner = Runner::default();
+//! let outcome = runner.run(&scene, &robot, &SensingSpec::default(), &TerminationSpec::default(), &mut stack);
+//! assert_eq!(outcome, Outcome::Success);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod analysis;
 pub mod choice;

@@ -1,5 +1,7 @@
 //! The command as a user meets it: what it prints, what it writes, how it exits.
 
+#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
 use assert_cmd::Command;
 use std::fs;
 use std::path::Path;

@@ -7,6 +7,42 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
+/// The tables of the README that come from the code, between their marks.
+fn generated_tables() -> [(&'static str, String); 2] {
+    use simrun::plan::{global::GlobalChoice, local::LocalChoice, path::PathChoice};
+    let registries = [
+        ("global", GlobalChoice::NAMES, GlobalChoice::ENTRIES),
+        ("path", PathChoice::NAMES, PathChoice::ENTRIES),
+        ("local", LocalChoice::NAMES, LocalChoice::ENTRIES),
+    ];
+    let mut planners = String::from("| | planner | what | source |\n|---|---|---|---|\n");
+    for (kind, names, entries) in registries {
+        for (name, entry) in names.iter().zip(entries) {
+            planners += &format!("| {kind} | `{name}` | {} | {} |\n", entry.summary, entry.source);
+        }
+    }
+    [("columns", simrun::results::columns()), ("planners", planners)]
+}
+
+#[test]
+fn the_tables_of_the_readme_are_those_of_the_code() {
+    let path = root().join("README.md");
+    let mut text = fs::read_to_string(&path).unwrap();
+    for (name, table) in generated_tables() {
+        let (open, close) = (format!("<!-- {name} -->\n"), format!("<!-- /{name} -->"));
+        let from = text.find(&open).unwrap() + open.len();
+        let to = text.find(&close).unwrap();
+        if std::env::var_os("SIMRUN_BLESS").is_some() {
+            text.replace_range(from..to, &table);
+        } else {
+            assert_eq!(&text[from..to], table, "SIMRUN_BLESS=1 cargo test --test documents writes it anew");
+        }
+    }
+    if std::env::var_os("SIMRUN_BLESS").is_some() {
+        fs::write(&path, text).unwrap();
+    }
+}
+
 /// Every text between back quotes, or behind `](`, that looks like a path of this repository.
 fn named_paths(text: &str) -> Vec<String> {
     let starts = ["src/", "tests/", "scenarios/", "scripts/", "docs/", "benches/", "examples/", "results/reference"];

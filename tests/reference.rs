@@ -3,6 +3,8 @@
 //!
 //! `SIMRUN_BLESS=1 cargo test --test reference` writes the references anew; say in the changelog what moved and why.
 
+#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
 use simrun::experiment::Experiment;
 use simrun::results::{EPISODES_CSV, Existing, Folder, SUMMARY_CSV, compare};
 use simrun::scenario::{Edit, ScenarioFile};

@@ -1,8 +1,7 @@
-//! An experiment: sweep points × episodes × stacks as ordered work, in parallel.
+//! An experiment: episodes × stacks as ordered work, in parallel.
 //!
-//! One block is one world: a (sweep point, episode) driven by every stack. Blocks are numbered in
-//! the order of the results, taken by the workers in that order and handed over as they finish;
-//! whoever writes them puts them back in order. Nothing in a block depends on another block.
+//! One block is one world, driven by every stack. Workers take blocks from the results folder in the
+//! order of the rows and hand them back as they finish; the folder writes them in order. Nothing in a block depends on another.
 
 use crate::clock::Stopwatch;
 use crate::episode::{DT_S, Outcome, Runner, Timings};

@@ -49,7 +49,7 @@ pub fn draw(scene: &Scene, robot: &Robot, trace: &Trace, outcome: &Outcome, capt
     canvas.movers(&mut svg, scene, trace);
     canvas.trajectory(&mut svg, robot, trace);
     canvas.ends(&mut svg, scene, robot, trace, outcome);
-    canvas.legend(&mut svg, robot, trace, outcome);
+    canvas.legend(&mut svg, scene, robot, trace, outcome);
     svg.push_str("</svg>\n");
     svg
 }
@@ -334,7 +334,7 @@ impl Canvas {
         );
     }
 
-    fn legend(&self, svg: &mut String, robot: &Robot, trace: &Trace, outcome: &Outcome) {
+    fn legend(&self, svg: &mut String, scene: &Scene, robot: &Robot, trace: &Trace, outcome: &Outcome) {
         let y = HEADER_PX + self.height_px + 24.0;
         // Scale bar: the roundest length of at most a fifth of the width.
         let wanted_m = self.width_px / self.scale / 5.0;
@@ -387,16 +387,18 @@ impl Canvas {
                 "planned path, key nodes",
             );
         }
-        item(
-            &|x| {
-                format!(
-                    "<rect x=\"{:.2}\" y=\"{:.2}\" width=\"14\" height=\"9\" fill=\"{UNKNOWN}\"/>",
-                    x + 2.0,
-                    y - 9.0
-                )
-            },
-            "not on the map",
-        );
+        if !scene.unknown_static.is_empty() {
+            item(
+                &|x| {
+                    format!(
+                        "<rect x=\"{:.2}\" y=\"{:.2}\" width=\"14\" height=\"9\" fill=\"{UNKNOWN}\"/>",
+                        x + 2.0,
+                        y - 9.0
+                    )
+                },
+                "not on the map",
+            );
+        }
         if trace.mover_count > 0 {
             item(
                 &|x| format!("<circle cx=\"{:.2}\" cy=\"{:.2}\" r=\"5\" fill=\"{MOVER}\"/>", x + 9.0, y - 4.0),

@@ -248,7 +248,8 @@ stacks:
         let schema = Scenario::schema();
         let mut keys: Vec<&str> = schema["properties"].as_object().unwrap().keys().map(String::as_str).collect();
         let mut written: Vec<&str> = resolved.keys().map(|key| key.as_str().unwrap()).collect();
-        (keys.sort_unstable(), written.sort_unstable());
+        keys.sort_unstable();
+        written.sort_unstable();
         assert_eq!(written, keys);
     }
 
