@@ -25,12 +25,34 @@ pub enum MapError {
         /// What to do about it.
         advice: &'static str,
     },
-    /// Sizes of a generated map contradict each other.
+    /// The header of a map, which is YAML, says what it may not say.
+    #[error("line {line}, column {column}: {message}")]
+    Header {
+        /// Line in the text, counted from 1.
+        line: usize,
+        /// Character in the line, counted from 1.
+        column: usize,
+        /// What was found, and what was expected.
+        message: String,
+    },
+    /// An image cannot be read as a map.
+    #[error("image {}: found {found}, expected {expected}; {advice}", image.display())]
+    Image {
+        /// The image's file.
+        image: PathBuf,
+        /// What is there.
+        found: String,
+        /// What would do.
+        expected: String,
+        /// What to do about it.
+        advice: &'static str,
+    },
+    /// Numbers of a map contradict each other.
     #[error("{map} map: found {found}, expected {expected}; {advice}")]
     Contradiction {
         /// The kind of map.
         map: &'static str,
-        /// The sizes as given.
+        /// The numbers as given.
         found: String,
         /// What would fit.
         expected: String,

@@ -10,8 +10,13 @@ mod distance;
 pub mod empty;
 mod error;
 mod grid;
+mod layout;
+pub mod maze;
 pub mod movingai;
+pub mod port;
 pub mod random;
+pub mod rooms;
+pub mod ros;
 mod spec;
 pub mod warehouse;
 

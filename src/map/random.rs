@@ -62,6 +62,16 @@ pub enum MapSeed {
     Fixed(u64),
 }
 
+impl MapSeed {
+    /// The seed to draw the map of an episode from.
+    pub(super) fn of(self, episode: EpisodeSeed) -> EpisodeSeed {
+        match self {
+            Self::PerEpisode => episode,
+            Self::Fixed(seed) => EpisodeSeed { seed, episode: 0 },
+        }
+    }
+}
+
 impl Serialize for MapSeed {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match *self {
@@ -120,10 +130,7 @@ impl Params {
     /// [`MapError::Contradiction`] if there are more obstacles than cells for them, and
     /// [`MapError::Infeasible`] if no draw connects the corners within the bound on tries.
     pub fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
-        let seed = match self.map_seed {
-            MapSeed::PerEpisode => seed,
-            MapSeed::Fixed(seed) => EpisodeSeed { seed, episode: 0 },
-        };
+        let seed = self.map_seed.of(seed);
         let ground = self.ground();
         if self.obstacles.get() as usize > ground.len() {
             return Err(MapError::Contradiction {
