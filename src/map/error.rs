@@ -60,16 +60,26 @@ pub enum MapError {
         advice: &'static str,
     },
     /// No acceptable map was drawn within the bound on tries.
-    #[error(
-        "{map} map: none of {tries} draws connects the opposite corners, expected one; \
-         lower `obstacles` or set `keep_corners_free: false`"
-    )]
+    #[error("{map} map: none of {tries} draws {wanted}, expected one; {advice}")]
     Infeasible {
         /// The kind of map.
         map: &'static str,
-        /// Maps drawn and rejected.
+        /// Draws taken and rejected.
         tries: u32,
+        /// What a draw should do.
+        wanted: &'static str,
+        /// What to do about it.
+        advice: &'static str,
     },
+    /// A file could not be written.
+    #[error("cannot write the map: {source}")]
+    Write {
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file's extension names no format.
+    #[error("the extension names no format of maps, expected .map (MovingAI), .yaml (ROS), .png, .pgm or .txt")]
+    UnknownExtension,
     /// Any of the above, about a file.
     #[error("{}: {source}", file.display())]
     File {

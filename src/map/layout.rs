@@ -12,7 +12,7 @@ pub(super) fn cells(map: &'static str, key: &str, length_m: f64, resolution_m: f
     let cells = length_m / resolution_m;
     let whole = cells.round();
     // Decimal lengths are no exact multiples in binary: 2.4 / 0.1 is 23.999….
-    if (cells - whole).abs() > 1e-6 {
+    if (cells - whole).abs() > 1e-6 || (whole == 0.0 && length_m > 0.0) {
         return Err(MapError::Contradiction {
             map,
             found: format!("`{key}` {length_m}"),

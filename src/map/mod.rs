@@ -9,6 +9,7 @@ pub mod connectivity;
 mod distance;
 pub mod empty;
 mod error;
+pub mod file;
 mod grid;
 mod layout;
 pub mod maze;
@@ -18,7 +19,9 @@ pub mod random;
 pub mod rooms;
 pub mod ros;
 mod spec;
+pub mod u_trap;
 pub mod warehouse;
+pub mod workshop;
 
 pub use distance::DistanceField;
 pub use error::MapError;

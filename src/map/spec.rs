@@ -1,6 +1,8 @@
 //! The scenario key `map`: which map, with which parameters.
 
-use super::{MapError, OccupancyGrid, ascii, empty, maze, movingai, port, random, rooms, ros, warehouse};
+use super::{
+    MapError, OccupancyGrid, ascii, empty, maze, movingai, port, random, rooms, ros, u_trap, warehouse, workshop,
+};
 use crate::choice::choice;
 use crate::quantity::Positive;
 use crate::rng::EpisodeSeed;
@@ -8,7 +10,7 @@ use std::path::Path;
 
 choice! {
     /// The known map of a scenario: drawn in place, read from a file, or generated.
-    pub enum MapSpec: "map" { ascii, movingai, ros, random, warehouse, port, rooms, maze, empty }
+    pub enum MapSpec: "map" { ascii, movingai, ros, random, warehouse, port, rooms, maze, u_trap, workshop, empty }
 }
 
 /// The resolution of maps that name none, m: the seed papers count in cells of 1 m (systems.md §1.1).
@@ -33,6 +35,8 @@ impl MapSpec {
             Self::port(params) => params.generate(seed),
             Self::rooms(params) => params.generate(seed),
             Self::maze(params) => params.generate(seed),
+            Self::u_trap(params) => params.generate(seed),
+            Self::workshop(params) => params.generate(seed),
             Self::empty(params) => Ok(params.grid()),
         }
     }
@@ -44,7 +48,9 @@ impl MapSpec {
             Self::random(random::Params { map_seed, .. })
             | Self::port(port::Params { map_seed, .. })
             | Self::rooms(rooms::Params { map_seed, .. })
-            | Self::maze(maze::Params { map_seed, .. }) => *map_seed != random::MapSeed::PerEpisode,
+            | Self::maze(maze::Params { map_seed, .. })
+            | Self::u_trap(u_trap::Params { map_seed, .. })
+            | Self::workshop(workshop::Params { map_seed, .. }) => *map_seed != random::MapSeed::PerEpisode,
         }
     }
 }
@@ -80,6 +86,8 @@ mod tests {
             ("rooms: {extra_doors: 1}", 39, 39, 24 * 9 + 9 - 24 * 2, false),
             ("maze", 29, 29, 29 * 29 - 100 * 4 - 99 * 2, false),
             ("maze: {map_seed: 3}", 29, 29, 29 * 29 - 100 * 4 - 99 * 2, true),
+            ("u_trap", 40, 40, 240, false),
+            ("workshop", 96, 56, (5 * 8 + 4) * 16, false),
             ("empty: {cols: 3, rows: 4, resolution_m: 0.5}", 3, 4, 0, true),
         ] {
             let spec = read(yaml);
