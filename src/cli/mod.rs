@@ -6,6 +6,7 @@
 
 mod check;
 mod draw;
+mod map;
 mod planners;
 mod run;
 mod scenarios;
@@ -39,6 +40,8 @@ enum Command {
     Verify(verify::Args),
     /// Draw one episode as SVG.
     Draw(draw::Args),
+    /// Describe a map file, or write it in another format.
+    Map(map::Args),
 }
 
 /// Why a command did not succeed.
@@ -68,6 +71,7 @@ pub fn main() -> ExitCode {
         Some(Command::Planners(args)) => planners::main(&args),
         Some(Command::Verify(args)) => verify::main(&args),
         Some(Command::Draw(args)) => draw::main(&args),
+        Some(Command::Map(args)) => map::main(&args),
     };
     let (message, code) = match result {
         Ok(()) => return ExitCode::SUCCESS,

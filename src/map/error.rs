@@ -25,12 +25,34 @@ pub enum MapError {
         /// What to do about it.
         advice: &'static str,
     },
-    /// Sizes of a generated map contradict each other.
+    /// The header of a map, which is YAML, says what it may not say.
+    #[error("line {line}, column {column}: {message}")]
+    Header {
+        /// Line in the text, counted from 1.
+        line: usize,
+        /// Character in the line, counted from 1.
+        column: usize,
+        /// What was found, and what was expected.
+        message: String,
+    },
+    /// An image cannot be read as a map.
+    #[error("image {}: found {found}, expected {expected}; {advice}", image.display())]
+    Image {
+        /// The image's file.
+        image: PathBuf,
+        /// What is there.
+        found: String,
+        /// What would do.
+        expected: String,
+        /// What to do about it.
+        advice: &'static str,
+    },
+    /// Numbers of a map contradict each other.
     #[error("{map} map: found {found}, expected {expected}; {advice}")]
     Contradiction {
         /// The kind of map.
         map: &'static str,
-        /// The sizes as given.
+        /// The numbers as given.
         found: String,
         /// What would fit.
         expected: String,
@@ -38,16 +60,26 @@ pub enum MapError {
         advice: &'static str,
     },
     /// No acceptable map was drawn within the bound on tries.
-    #[error(
-        "{map} map: none of {tries} draws connects the opposite corners, expected one; \
-         lower `obstacles` or set `keep_corners_free: false`"
-    )]
+    #[error("{map} map: none of {tries} draws {wanted}, expected one; {advice}")]
     Infeasible {
         /// The kind of map.
         map: &'static str,
-        /// Maps drawn and rejected.
+        /// Draws taken and rejected.
         tries: u32,
+        /// What a draw should do.
+        wanted: &'static str,
+        /// What to do about it.
+        advice: &'static str,
     },
+    /// A file could not be written.
+    #[error("cannot write the map: {source}")]
+    Write {
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file's extension names no format.
+    #[error("the extension names no format of maps, expected .map (MovingAI), .yaml (ROS), .png, .pgm or .txt")]
+    UnknownExtension,
     /// Any of the above, about a file.
     #[error("{}: {source}", file.display())]
     File {

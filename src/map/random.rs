@@ -62,6 +62,16 @@ pub enum MapSeed {
     Fixed(u64),
 }
 
+impl MapSeed {
+    /// The seed to draw the map of an episode from.
+    pub(super) fn of(self, episode: EpisodeSeed) -> EpisodeSeed {
+        match self {
+            Self::PerEpisode => episode,
+            Self::Fixed(seed) => EpisodeSeed { seed, episode: 0 },
+        }
+    }
+}
+
 impl Serialize for MapSeed {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match *self {
@@ -120,26 +130,53 @@ impl Params {
     /// [`MapError::Contradiction`] if there are more obstacles than cells for them, and
     /// [`MapError::Infeasible`] if no draw connects the corners within the bound on tries.
     pub fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
-        let seed = match self.map_seed {
-            MapSeed::PerEpisode => seed,
-            MapSeed::Fixed(seed) => EpisodeSeed { seed, episode: 0 },
-        };
-        let ground = self.ground();
+        self.generate_around("random", &[], &[], seed)
+    }
+
+    /// The same, for the kind of map called `map`, around `walls`, which are occupied and not counted,
+    /// and `kept_free`, where no obstacle comes.
+    pub(super) fn generate_around(
+        &self,
+        map: &'static str,
+        walls: &[Cell],
+        kept_free: &[Cell],
+        seed: EpisodeSeed,
+    ) -> Result<OccupancyGrid, MapError> {
+        let seed = self.map_seed.of(seed);
+        let mut empty = OccupancyGrid::empty(self.cols.get() as i32, self.rows.get() as i32, self.resolution_m.get());
+        for &wall in walls {
+            empty.set_occupied(wall);
+        }
+        let mut taken = empty.occupied().to_vec();
+        for &cell in kept_free {
+            taken[empty.index(cell)] = true;
+        }
+        let mut ground = self.ground();
+        ground.retain(|&index| !taken[index as usize]);
         if self.obstacles.get() as usize > ground.len() {
             return Err(MapError::Contradiction {
-                map: "random",
+                map,
                 found: format!("{} obstacles on {} x {} cells", self.obstacles.get(), self.cols.get(), self.rows.get()),
                 expected: format!("at most {}", ground.len()),
                 advice: "lower `obstacles` or enlarge the map (free corners take up to 16 cells)",
             });
         }
         for attempt in 0..TRIES_MAX {
-            let grid = self.draw(ground.clone(), &mut seed.stream(Purpose::Map, u64::from(attempt)));
+            let mut stream = seed.stream(Purpose::Map, u64::from(attempt));
+            let grid = self.draw(empty.clone(), ground.clone(), &mut stream);
             if !self.keep_corners_free || corners_are_connected(&grid) {
                 return Ok(grid);
             }
         }
-        Err(MapError::Infeasible { map: "random", tries: TRIES_MAX })
+        Err(MapError::Infeasible {
+            map,
+            tries: TRIES_MAX,
+            wanted: "connects the opposite corners",
+            advice: match map {
+                "random" => "lower `obstacles` or set `keep_corners_free: false`",
+                _ => "lower `obstacles`",
+            },
+        })
     }
 
     /// Row-major indices of the cells that may be occupied, ascending.
@@ -157,8 +194,7 @@ impl Params {
     /// One draw: blocks whose lower left cell is uniform on what is left of the ground, until the
     /// count is met. A block leaves out what is not ground, and the last one what is too much, row
     /// by row from its lower left cell.
-    fn draw(&self, mut ground: Vec<u32>, stream: &mut Stream) -> OccupancyGrid {
-        let mut grid = OccupancyGrid::empty(self.cols.get() as i32, self.rows.get() as i32, self.resolution_m.get());
+    fn draw(&self, mut grid: OccupancyGrid, mut ground: Vec<u32>, stream: &mut Stream) -> OccupancyGrid {
         let mut allowed = vec![false; grid.occupied().len()];
         for &index in &ground {
             allowed[index as usize] = true;

@@ -1,6 +1,8 @@
 //! The scenario key `map`: which map, with which parameters.
 
-use super::{MapError, OccupancyGrid, ascii, empty, movingai, random, warehouse};
+use super::{
+    MapError, OccupancyGrid, ascii, empty, maze, movingai, port, random, rooms, ros, u_trap, warehouse, workshop,
+};
 use crate::choice::choice;
 use crate::quantity::Positive;
 use crate::rng::EpisodeSeed;
@@ -8,7 +10,7 @@ use std::path::Path;
 
 choice! {
     /// The known map of a scenario: drawn in place, read from a file, or generated.
-    pub enum MapSpec: "map" { ascii, movingai, random, warehouse, empty }
+    pub enum MapSpec: "map" { ascii, movingai, ros, random, warehouse, port, rooms, maze, u_trap, workshop, empty }
 }
 
 /// The resolution of maps that name none, m: the seed papers count in cells of 1 m (systems.md §1.1).
@@ -27,8 +29,14 @@ impl MapSpec {
         match self {
             Self::ascii(params) => Ok(params.grid()),
             Self::movingai(params) => params.load(base_dir),
+            Self::ros(params) => params.load(base_dir),
             Self::random(params) => params.generate(seed),
             Self::warehouse(params) => params.build(),
+            Self::port(params) => params.generate(seed),
+            Self::rooms(params) => params.generate(seed),
+            Self::maze(params) => params.generate(seed),
+            Self::u_trap(params) => params.generate(seed),
+            Self::workshop(params) => params.generate(seed),
             Self::empty(params) => Ok(params.grid()),
         }
     }
@@ -36,8 +44,13 @@ impl MapSpec {
     /// Whether every episode gets the same grid, so that it may be loaded once and shared.
     pub fn is_fixed(&self) -> bool {
         match self {
-            Self::ascii(_) | Self::movingai(_) | Self::warehouse(_) | Self::empty(_) => true,
-            Self::random(params) => params.map_seed != random::MapSeed::PerEpisode,
+            Self::ascii(_) | Self::movingai(_) | Self::ros(_) | Self::warehouse(_) | Self::empty(_) => true,
+            Self::random(random::Params { map_seed, .. })
+            | Self::port(port::Params { map_seed, .. })
+            | Self::rooms(rooms::Params { map_seed, .. })
+            | Self::maze(maze::Params { map_seed, .. })
+            | Self::u_trap(u_trap::Params { map_seed, .. })
+            | Self::workshop(workshop::Params { map_seed, .. }) => *map_seed != random::MapSeed::PerEpisode,
         }
     }
 }
@@ -57,12 +70,24 @@ mod tests {
     fn every_kind_of_map_is_loaded() {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join("two.map"), "type octile\nheight 1\nwidth 2\nmap\n.@\n").expect("a file");
+        let header =
+            "{image: two.pgm, resolution: 1, origin: [0, 0, 0], negate: 0, occupied_thresh: 0.65, free_thresh: 0.25}";
+        std::fs::write(folder.path().join("two.yaml"), header).expect("a file");
+        std::fs::write(folder.path().join("two.pgm"), "P2 2 1 255 255 0").expect("a file");
         for (yaml, cols, rows, occupied, fixed) in [
             ("ascii: {rows: ['.#', '..']}", 2, 2, 1, true),
             ("movingai: {file: two.map, resolution_m: 0.5}", 2, 1, 1, true),
             ("random: {cols: 8, rows: 9, obstacles: 5}", 8, 9, 5, false),
             ("random: {cols: 8, rows: 9, obstacles: 5, map_seed: 3}", 8, 9, 5, true),
             ("warehouse", 240, 120, 7896, true),
+            ("ros: {file: two.yaml}", 2, 1, 1, true),
+            ("port", 25, 25, 117, false),
+            // 24 walls of 9 cells and 9 posts, less 24 doors of 2.
+            ("rooms: {extra_doors: 1}", 39, 39, 24 * 9 + 9 - 24 * 2, false),
+            ("maze", 29, 29, 29 * 29 - 100 * 4 - 99 * 2, false),
+            ("maze: {map_seed: 3}", 29, 29, 29 * 29 - 100 * 4 - 99 * 2, true),
+            ("u_trap", 40, 40, 240, false),
+            ("workshop", 96, 56, (5 * 8 + 4) * 16, false),
             ("empty: {cols: 3, rows: 4, resolution_m: 0.5}", 3, 4, 0, true),
         ] {
             let spec = read(yaml);

@@ -28,11 +28,11 @@
 //! ..............................
 //! ```
 
-use super::{Cell, MapError, OccupancyGrid, SIDE_MAX};
+use super::layout::{self, occupy};
+use super::{MapError, OccupancyGrid};
 use crate::quantity::{Count, CountOrZero, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
 /// Parameters of a warehouse. Every length is a whole number of cells.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -101,7 +101,7 @@ impl Params {
     ///
     /// # Errors
     /// [`MapError::Contradiction`] if a length is not a whole number of cells, a side exceeds
-    /// [`SIDE_MAX`] cells, or racks, aisles and docks do not fit into the hall.
+    /// [`SIDE_MAX`](crate::map::SIDE_MAX) cells, or racks, aisles and docks do not fit into the hall.
     pub fn build(&self) -> Result<OccupancyGrid, MapError> {
         let plan = self.plan()?;
         let (rack_rows, docks) = (i64::from(self.rack_rows.get()), i64::from(self.docks.get()));
@@ -170,25 +170,7 @@ impl Params {
 
     /// A length in cells.
     fn cells(&self, key: &str, length_m: f64) -> Result<i64, MapError> {
-        let resolution_m = self.resolution_m.get();
-        let cells = length_m / resolution_m;
-        let whole = cells.round();
-        // Decimal lengths are no exact multiples in binary: 2.4 / 0.1 is 23.999….
-        if (cells - whole).abs() > 1e-6 {
-            return Err(self.contradiction(
-                format!("`{key}` {length_m}"),
-                format!("a whole number of cells of {resolution_m} m"),
-                "change that length or `resolution_m`",
-            ));
-        }
-        if whole > SIDE_MAX as f64 {
-            return Err(self.contradiction(
-                format!("`{key}` of {whole} cells"),
-                format!("at most {SIDE_MAX} cells"),
-                "lower that length or raise `resolution_m`",
-            ));
-        }
-        Ok(whole as i64)
+        layout::cells("warehouse", key, length_m, self.resolution_m.get())
     }
 
     fn metres(&self, cells: i64) -> f64 {
@@ -200,19 +182,11 @@ impl Params {
     }
 }
 
-fn occupy(grid: &mut OccupancyGrid, cols: Range<i64>, rows: Range<i64>) {
-    for row in rows {
-        for col in cols.clone() {
-            grid.set_occupied(Cell { col: col as i32, row: row as i32 });
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::map::connectivity::{Components, passable};
-    use crate::map::{DistanceField, MapSpec};
+    use crate::map::{Cell, DistanceField, MapSpec};
 
     fn build(yaml: &str) -> Result<OccupancyGrid, MapError> {
         match serde_yaml::from_str(yaml).expect("parameters") {
@@ -223,16 +197,7 @@ mod tests {
 
     #[test]
     fn the_picture_in_the_documentation_is_the_map() {
-        let source = include_str!("warehouse.rs");
-        let fence = |text: &str| text.strip_prefix("//!").map(|text| text.trim_start().to_string());
-        let mut blocks = source.lines().map_while(fence).collect::<Vec<_>>().into_iter();
-        let mut block = |opening: &str| -> Vec<String> {
-            let _ = blocks.by_ref().find(|line| line == opening);
-            blocks.by_ref().take_while(|line| line != "```").collect()
-        };
-        let yaml = block("```yaml").join(" ").replace("map: ", "");
-        let picture = block("```text");
-        assert_eq!(build(&yaml).expect("a map").to_string().lines().collect::<Vec<_>>(), picture);
+        layout::assert_picture(include_str!("warehouse.rs"), |yaml| build(yaml).expect("a map"));
     }
 
     #[test]

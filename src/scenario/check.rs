@@ -194,6 +194,14 @@ impl Scenario {
                         .help(advice)
                         .at(Some(file.display().to_string()), &text, span_at(&text, line, column))
                 }
+                MapError::Header { line, column, message } => {
+                    let text = std::fs::read(&file).unwrap_or_default();
+                    let text = String::from_utf8_lossy(&text);
+                    ScenarioError::new(format!("the header of the map is broken: {message}"))
+                        .key(map.key("file"))
+                        .label("here")
+                        .at(Some(file.display().to_string()), &text, span_at(&text, line, column))
+                }
                 MapError::Read { source } => {
                     let title = match source.kind() {
                         std::io::ErrorKind::NotFound => format!("there is no map file {}", file.display()),

@@ -1,0 +1,194 @@
+//! Map files of every known format, told apart by their extension.
+//!
+//! | extension | format | resolution | origin | unknown cells |
+//! |---|---|---|---|---|
+//! | `.map` | MovingAI ([`movingai`]) | no | no | no |
+//! | `.yaml`, `.yml` | ROS map_server with its image ([`ros`]) | yes | yes | read |
+//! | `.png`, `.pgm` | a grey image, read as ROS does without a header | no | no | read |
+//! | `.txt` | a drawing as in scenarios ([`ascii`]) | no | no | no |
+
+use super::ascii::Drawing;
+use super::ros::{self, RosMap, Unknown};
+use super::{Frame, MapError, OccupancyGrid, ascii, movingai};
+use crate::quantity::{Finite, Positive};
+use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+use std::path::{Path, PathBuf};
+
+/// A format of map files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// `.map`
+    MovingAi,
+    /// `.yaml` or `.yml`
+    Ros,
+    /// `.png`
+    Png,
+    /// `.pgm`
+    Pgm,
+    /// `.txt`
+    Ascii,
+}
+
+impl Format {
+    /// The format of a file by its extension, in capitals or not.
+    ///
+    /// # Errors
+    /// [`MapError::UnknownExtension`] if there is none of that name.
+    pub fn of(file: &Path) -> Result<Self, MapError> {
+        let extension = file.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+        match extension.as_deref() {
+            Some("map") => Ok(Self::MovingAi),
+            Some("yaml" | "yml") => Ok(Self::Ros),
+            Some("png") => Ok(Self::Png),
+            Some("pgm") => Ok(Self::Pgm),
+            Some("txt") => Ok(Self::Ascii),
+            _ => Err(MapError::UnknownExtension.of(file)),
+        }
+    }
+
+    /// Whether resolution and origin have a place in the format.
+    pub fn has_frame(self) -> bool {
+        self == Self::Ros
+    }
+}
+
+/// A map as its file has it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loaded {
+    /// The grid, unknown cells counted as they were to be.
+    pub grid: OccupancyGrid,
+    /// Number of unknown cells.
+    pub unknown: usize,
+}
+
+/// Reads a map file. `resolution_m` holds where the file says nothing of it.
+///
+/// # Errors
+/// [`MapError::File`] if the extension is unknown, or the file cannot be read or does not follow its format.
+pub fn read(file: &Path, resolution_m: Positive, unknown: Unknown) -> Result<Loaded, MapError> {
+    let known = |grid| Loaded { grid, unknown: 0 };
+    let seen = |map: RosMap| Loaded { grid: map.grid(unknown), unknown: map.unknown_count() };
+    let here = Path::new("");
+    match Format::of(file)? {
+        Format::MovingAi => movingai::Params { file: file.into(), resolution_m }.load(here).map(known),
+        Format::Ros => RosMap::load(file).map(seen),
+        Format::Png | Format::Pgm => RosMap::from_image(file, resolution_m).map(seen).map_err(|error| error.of(file)),
+        Format::Ascii => {
+            let text = std::fs::read_to_string(file).map_err(|source| MapError::Read { source }.of(file))?;
+            let rows = Drawing::new(text.lines().map(str::to_owned).collect()).map_err(|error| error.of(file))?;
+            Ok(known(ascii::Params { rows, resolution_m, origin: [Finite::new(0.0); 3] }.grid()))
+        }
+    }
+}
+
+/// Writes a map file, a `.yaml` together with a `.pgm` of the same name; returns what was written.
+///
+/// # Errors
+/// [`MapError::File`] if the extension is unknown or a file cannot be written.
+pub fn write(grid: &OccupancyGrid, file: &Path) -> Result<Vec<PathBuf>, MapError> {
+    let save = |file: PathBuf, bytes: &[u8]| match std::fs::write(&file, bytes) {
+        Ok(()) => Ok(file),
+        Err(source) => Err(MapError::Write { source }.of(&file)),
+    };
+    let one = |bytes: &[u8]| Ok(vec![save(file.into(), bytes)?]);
+    match Format::of(file)? {
+        Format::MovingAi => one(movingai::write(grid).as_bytes()),
+        Format::Ascii => one(grid.to_string().as_bytes()),
+        Format::Pgm => one(&ros::write(grid, "").1),
+        Format::Png => one(&png(grid)),
+        Format::Ros => {
+            let image = file.with_extension("pgm");
+            let name = image.file_name().unwrap_or_default().to_string_lossy();
+            let (header, pgm) = ros::write(grid, &name);
+            // The image first: a header never names what is not there.
+            let image = save(image, &pgm)?;
+            Ok(vec![save(file.into(), header.as_bytes())?, image])
+        }
+    }
+}
+
+/// A PNG of 8 bits of grey, free cells 254 and occupied ones 0.
+fn png(grid: &OccupancyGrid) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    PngEncoder::new(&mut bytes)
+        .write_image(&ros::greys(grid), grid.cols() as u32, grid.rows() as u32, ExtendedColorType::L8)
+        .expect("memory takes an image whose bytes match its size");
+    bytes
+}
+
+/// What of a grid gets lost in a format, in words; none where nothing does.
+pub fn loss(grid: &OccupancyGrid, format: Format) -> Option<String> {
+    let lost = !format.has_frame() && (grid.resolution_m() != 1.0 || *grid.frame() != Frame::IDENTITY);
+    let origin = grid.frame().origin;
+    lost.then(|| {
+        format!(
+            "the format holds neither resolution ({} m) nor origin ([{}, {}, {}])",
+            grid.resolution_m(),
+            origin.position.x,
+            origin.position.y,
+            origin.theta
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::rng::{EpisodeSeed, Purpose};
+
+    fn read_plain(file: &Path) -> Result<Loaded, MapError> {
+        read(file, Positive::new(1.0), Unknown::Occupied)
+    }
+
+    #[test]
+    fn every_format_brings_back_what_it_was_given() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut draws = EpisodeSeed { seed: 1, episode: 0 }.stream(Purpose::Map, 0);
+        for _ in 0..20 {
+            let (cols, rows) = (1 + draws.index(40), 1 + draws.index(40));
+            let mut grid = OccupancyGrid::empty(cols as i32, rows as i32, 1.0);
+            for index in 0..cols * rows {
+                if draws.uniform() < 0.3 {
+                    grid.set_occupied(grid.cell(index));
+                }
+            }
+            for name in ["a.map", "b.yaml", "c.png", "d.pgm", "e.txt", "f.YML"] {
+                let file = folder.path().join(name);
+                let written = write(&grid, &file).expect("written");
+                assert!(written[0] == file && written.iter().all(|file| file.exists()));
+                assert_eq!(read_plain(&file).expect("read"), Loaded { grid: grid.clone(), unknown: 0 }, "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_ros_map_keeps_its_frame_and_other_formats_say_what_they_lose() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let frame = Frame { origin: Pose::new(-3.0, 4.5, 0.25) };
+        let grid = OccupancyGrid::from_ascii(&["..#", "#.."], 0.05).with_frame(frame);
+        let file = folder.path().join("hall.v2.yaml");
+        let written = write(&grid, &file).expect("written");
+        assert_eq!(written[1], folder.path().join("hall.v2.pgm"));
+        assert_eq!(read_plain(&file).expect("read").grid, grid);
+        assert_eq!(loss(&grid, Format::Ros), None);
+        let lost = loss(&grid, Format::MovingAi).expect("a loss");
+        assert!(lost.contains("resolution (0.05 m)") && lost.contains("origin ([-3, 4.5, 0.25])"), "{lost}");
+        assert_eq!(loss(&OccupancyGrid::empty(2, 2, 1.0), Format::Png), None);
+    }
+
+    #[test]
+    fn what_cannot_be_read_or_written_is_named() {
+        let empty = OccupancyGrid::empty(1, 1, 1.0);
+        for (message, expected) in [
+            (read_plain(Path::new("a.jpg")).map(|_| ()), "a.jpg: the extension names no format of maps"),
+            (read_plain(Path::new("no/such.txt")).map(|_| ()), "such.txt: cannot read the map"),
+            (read_plain(Path::new("no/such.png")).map(|_| ()), "such.png: image "),
+            (write(&empty, Path::new("map")).map(|_| ()), "map: the extension names no format of maps"),
+            (write(&empty, Path::new("no/such/folder/a.map")).map(|_| ()), "a.map: cannot write the map"),
+        ] {
+            let message = message.expect_err("refused").to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}

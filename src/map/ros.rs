@@ -1,0 +1,715 @@
+//! Maps of ROS `map_server`: a YAML header beside a grey image.
+//!
+//! ```yaml
+//! image: depot.pgm             # beside the YAML file, or an absolute path
+//! resolution: 0.05             # metres per pixel
+//! origin: [-10.0, -10.0, 0.0]  # pose [x, y, yaw] of the lower left corner in the frame `map`
+//! negate: 0                    # 1: dark is free
+//! occupied_thresh: 0.65
+//! free_thresh: 0.25
+//! mode: trinary                # or scale, or raw; this one key may be left out
+//! ```
+//!
+//! A pixel's darkness p is 1 − mean of its colour channels (the mean itself with `negate`), both from
+//! 0 to 1; row 0 of the image is the top. The cell's occupancy, as in `nav_msgs/OccupancyGrid`:
+//!
+//! | mode | 100 | 0 | between | −1 (unknown) |
+//! |---|---|---|---|---|
+//! | `trinary` | p ≥ `occupied_thresh` | p ≤ `free_thresh` | never | all others |
+//! | `scale` | p ≥ `occupied_thresh` | p ≤ `free_thresh` | 100 (p − free) / (occupied − free), rounded | never |
+//! | `raw` | value 100 | value 0 | the pixel's value (of 255), whatever `negate` says | values above 100 |
+//!
+//! In the first two modes a pixel that is not fully opaque is unknown. The world frame is the map's
+//! own: planners work in cells, and poses go through [`Frame`] with the yaw of `origin`.
+//!
+//! A cell is an obstacle at occupancy 100 and free below, as Nav2's static layer has it by default
+//! (`lethal_cost_threshold` 100, `trinary_costmap`); unknown cells are what `unknown` says.
+//!
+//! Source: ros-navigation/navigation2, `nav2_map_server/src/map_io.cpp`. Its ≥ and ≤ were > and < in
+//! versions before 2025 and in ROS 1, which also took the opacity into the mean of `trinary`. No pixel of 8
+//! bits meets a usual threshold exactly (0.65 · 255 = 165.75, 0.25 · 255 = 63.75, 0.196 · 255 = 49.98).
+
+use super::{Frame, MapError, OccupancyGrid, SIDE_MAX};
+use crate::choice::unknown_name;
+use crate::geometry::Pose;
+use crate::quantity::{Finite, Fraction, Positive};
+use image::{DynamicImage, ImageBuffer, ImageFormat, ImageReader, Limits, Pixel};
+use schemars::JsonSchema;
+use serde::de::{Error, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::fmt;
+use std::fs::File;
+use std::io::Read;
+use std::marker::PhantomData;
+use std::ops::Deref;
+use std::path::{Path, PathBuf};
+
+/// Parameters of a ROS map.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// The YAML file, relative to the folder of the scenario file; it names its image.
+    pub file: PathBuf,
+    /// What cells count as that the map does not know: `occupied` or `free`. Default `occupied`.
+    #[serde(default)]
+    pub unknown: Unknown,
+}
+
+/// What unknown cells count as.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Unknown {
+    /// Nothing drives where nobody has looked.
+    #[default]
+    Occupied,
+    /// What nobody has seen is not there.
+    Free,
+}
+
+impl Params {
+    /// Reads the map.
+    ///
+    /// # Errors
+    /// [`MapError::File`] if the header or the image cannot be read or do not follow their formats.
+    pub fn load(&self, base_dir: &Path) -> Result<OccupancyGrid, MapError> {
+        Ok(RosMap::load(&base_dir.join(&self.file))?.grid(self.unknown))
+    }
+}
+
+/// Occupancy of a cell that holds an obstacle; also the largest there is.
+const OCCUPIED: i8 = 100;
+/// Occupancy of a cell that is certainly free.
+const FREE: i8 = 0;
+/// Occupancy of a cell that nobody has seen.
+const UNKNOWN: i8 = -1;
+
+/// A map as ROS has it: the occupancy of each cell, which may be unknown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RosMap {
+    cols: usize,
+    resolution_m: f64,
+    frame: Frame,
+    occupancy: Vec<i8>,
+}
+
+impl RosMap {
+    /// Reads a YAML file and the image that it names.
+    ///
+    /// # Errors
+    /// [`MapError::File`] if the header or the image cannot be read or do not follow their formats.
+    pub fn load(file: &Path) -> Result<Self, MapError> {
+        let mut text = String::new();
+        File::open(file)
+            .and_then(|opened| opened.take(HEADER_BYTES_MAX).read_to_string(&mut text))
+            .map_err(|source| MapError::Read { source }.of(file))?;
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let load = || {
+            let header = Header::parse(&text)?;
+            // An absolute path replaces the folder.
+            let image = decode(&folder.join(&header.image))?;
+            Ok(header.map(&image))
+        };
+        load().map_err(|error: MapError| error.of(file))
+    }
+
+    /// Reads an image that has no header: trinary, white is free, origin [0, 0, 0], and the thresholds
+    /// that Nav2 writes.
+    ///
+    /// # Errors
+    /// [`MapError::Image`] if it cannot be read.
+    pub fn from_image(file: &Path, resolution_m: Positive) -> Result<Self, MapError> {
+        let header = Header {
+            image: String::new(),
+            resolution: Scalar(resolution_m),
+            origin: [Scalar(Finite::new(0.0)); 3],
+            negate: Switch(false),
+            occupied_thresh: Scalar(Fraction::new(OCCUPIED_THRESH)),
+            free_thresh: Scalar(Fraction::new(FREE_THRESH)),
+            mode: Mode::Trinary,
+        };
+        Ok(header.map(&decode(file)?))
+    }
+
+    /// Occupancy from 0 to 100 or −1 for unknown, row-major, row 0 at the bottom.
+    pub fn occupancy(&self) -> &[i8] {
+        &self.occupancy
+    }
+
+    /// Number of unknown cells.
+    pub fn unknown_count(&self) -> usize {
+        self.occupancy.iter().filter(|&&occupancy| occupancy == UNKNOWN).count()
+    }
+
+    /// The grid that planners see.
+    pub fn grid(&self, unknown: Unknown) -> OccupancyGrid {
+        let rows = self.occupancy.len() / self.cols;
+        let mut grid = OccupancyGrid::empty(self.cols as i32, rows as i32, self.resolution_m).with_frame(self.frame);
+        for (index, &occupancy) in self.occupancy.iter().enumerate() {
+            if occupancy == OCCUPIED || (occupancy == UNKNOWN && unknown == Unknown::Occupied) {
+                grid.set_occupied(grid.cell(index));
+            }
+        }
+        grid
+    }
+}
+
+/// Most bytes of a header that are looked at; real ones stay below 1 KiB.
+const HEADER_BYTES_MAX: u64 = 1 << 16;
+
+/// The header's keys, all that Nav2 reads and writes.
+const KEYS: [&str; 7] = ["image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode"];
+
+/// The YAML file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Header {
+    image: String,
+    resolution: Scalar<Positive>,
+    origin: [Scalar<Finite>; 3],
+    negate: Switch,
+    occupied_thresh: Scalar<Fraction>,
+    free_thresh: Scalar<Fraction>,
+    #[serde(default)]
+    mode: Mode,
+}
+
+impl Header {
+    fn parse(text: &str) -> Result<Self, MapError> {
+        let header: Self = serde_yaml::from_str(text).map_err(|error| header_error(&error))?;
+        if header.image.is_empty() {
+            return Err(MapError::Header {
+                line: 1,
+                column: 1,
+                message: "`image` is empty, expected the name of a PGM or PNG file".to_owned(),
+            });
+        }
+        let (free, occupied) = (header.free_thresh.get(), header.occupied_thresh.get());
+        if free >= occupied {
+            return Err(MapError::Contradiction {
+                map: "ros",
+                found: format!("`free_thresh` {free} and `occupied_thresh` {occupied}"),
+                expected: "a free threshold below the occupied one".to_owned(),
+                advice: "0.25 and 0.65 are what Nav2 writes",
+            });
+        }
+        Ok(header)
+    }
+
+    /// The map of an image.
+    fn map(&self, image: &DynamicImage) -> RosMap {
+        let occupancy = match image {
+            DynamicImage::ImageLuma8(pixels) => self.occupancy(pixels, u8::MAX.into()),
+            DynamicImage::ImageLumaA8(pixels) => self.occupancy(pixels, u8::MAX.into()),
+            DynamicImage::ImageRgb8(pixels) => self.occupancy(pixels, u8::MAX.into()),
+            DynamicImage::ImageRgba8(pixels) => self.occupancy(pixels, u8::MAX.into()),
+            DynamicImage::ImageLuma16(pixels) => self.occupancy(pixels, u16::MAX.into()),
+            DynamicImage::ImageLumaA16(pixels) => self.occupancy(pixels, u16::MAX.into()),
+            DynamicImage::ImageRgb16(pixels) => self.occupancy(pixels, u16::MAX.into()),
+            // Four channels of 16 bits hold every other kind.
+            other => self.occupancy(&other.to_rgba16(), u16::MAX.into()),
+        };
+        let [x, y, yaw] = self.origin.map(|number| number.get());
+        RosMap {
+            cols: image.width() as usize,
+            resolution_m: self.resolution.get(),
+            frame: Frame { origin: Pose::new(x, y, yaw) },
+            occupancy,
+        }
+    }
+
+    /// The occupancy of each pixel, the bottom row first; `full` is the largest value of a channel.
+    fn occupancy<P>(&self, image: &ImageBuffer<P, Vec<P::Subpixel>>, full: u32) -> Vec<i8>
+    where
+        P: Pixel<Subpixel: Into<u32>>,
+    {
+        let has_alpha = matches!(P::COLOR_MODEL, "YA" | "LA" | "RGBA");
+        let colours = usize::from(P::CHANNEL_COUNT) - usize::from(has_alpha);
+        let white = f64::from(full) * colours as f64;
+        let mut occupancy = Vec::with_capacity(image.len() / usize::from(P::CHANNEL_COUNT));
+        for row in image.rows().rev() {
+            occupancy.extend(row.map(|pixel| {
+                let channels = pixel.channels();
+                // Whole numbers, so that the one division is the only rounding.
+                let sum: u32 = channels[..colours].iter().map(|&channel| channel.into()).sum();
+                let opaque = channels[colours..].iter().all(|&alpha| alpha.into() == full);
+                self.cell(f64::from(sum), white, opaque)
+            }));
+        }
+        occupancy
+    }
+
+    /// The occupancy of a pixel whose channels add up to `sum`; those of white add up to `white`.
+    fn cell(&self, sum: f64, white: f64, opaque: bool) -> i8 {
+        if self.mode == Mode::Raw {
+            let value = (sum * 255.0 / white).round();
+            return if value <= f64::from(OCCUPIED) { value as i8 } else { UNKNOWN };
+        }
+        let darkness = if self.negate.0 { sum / white } else { (white - sum) / white };
+        let (free, occupied) = (self.free_thresh.get(), self.occupied_thresh.get());
+        if !opaque {
+            UNKNOWN
+        } else if darkness >= occupied {
+            OCCUPIED
+        } else if darkness <= free {
+            FREE
+        } else if self.mode == Mode::Scale {
+            ((darkness - free) / (occupied - free) * f64::from(OCCUPIED)).round() as i8
+        } else {
+            UNKNOWN
+        }
+    }
+}
+
+/// What the YAML reader says, with its place, and with the nearest key where a key is unknown.
+fn header_error(error: &serde_yaml::Error) -> MapError {
+    let (line, column) = error.location().map_or((1, 1), |place| (place.line(), place.column()));
+    let text = error.to_string();
+    let message = text.split(" at line ").next().unwrap_or_default();
+    let message = match message.split_once("unknown field `").and_then(|(_, rest)| rest.split('`').next()) {
+        Some(key) => unknown_name("key", key, &KEYS),
+        None => message.replace("missing field", "missing key").replace("duplicate field", "twice the key"),
+    };
+    MapError::Header { line, column, message }
+}
+
+/// How a pixel becomes an occupancy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Mode {
+    #[default]
+    Trinary,
+    Scale,
+    Raw,
+}
+
+impl<'de> Deserialize<'de> for Mode {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        const NAMES: [&str; 3] = ["trinary", "scale", "raw"];
+        let name = String::deserialize(deserializer)?;
+        // As map_server, which does not mind capitals.
+        match NAMES.iter().position(|known| known.eq_ignore_ascii_case(&name)) {
+            Some(0) => Ok(Self::Trinary),
+            Some(1) => Ok(Self::Scale),
+            Some(_) => Ok(Self::Raw),
+            None => Err(D::Error::custom(unknown_name("mode", &name, &NAMES))),
+        }
+    }
+}
+
+/// A number as `yaml-cpp` takes it, bare or quoted.
+#[derive(Clone, Copy, Debug)]
+struct Scalar<T>(T);
+
+impl<T> Deref for Scalar<T> {
+    type Target = T;
+    fn deref(&self) -> &T {
+        &self.0
+    }
+}
+
+impl<'de, T: TryFrom<f64, Error = String>> Deserialize<'de> for Scalar<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader<T>(PhantomData<T>);
+        impl<T: TryFrom<f64, Error = String>> Visitor<'_> for Reader<T> {
+            type Value = Scalar<T>;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number")
+            }
+            fn visit_f64<E: Error>(self, value: f64) -> Result<Scalar<T>, E> {
+                T::try_from(value).map(Scalar).map_err(E::custom)
+            }
+            fn visit_u64<E: Error>(self, value: u64) -> Result<Scalar<T>, E> {
+                self.visit_f64(value as f64)
+            }
+            fn visit_i64<E: Error>(self, value: i64) -> Result<Scalar<T>, E> {
+                self.visit_f64(value as f64)
+            }
+            fn visit_str<E: Error>(self, text: &str) -> Result<Scalar<T>, E> {
+                match text.trim().parse() {
+                    Ok(value) => self.visit_f64(value),
+                    Err(_) => Err(E::invalid_value(Unexpected::Str(text), &self)),
+                }
+            }
+        }
+        deserializer.deserialize_any(Reader(PhantomData))
+    }
+}
+
+/// A yes or no as `yaml-cpp` takes it: 0, 1, and the words of YAML 1.1.
+#[derive(Clone, Copy, Debug)]
+struct Switch(bool);
+
+impl<'de> Deserialize<'de> for Switch {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl Visitor<'_> for Reader {
+            type Value = Switch;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("0 or 1")
+            }
+            fn visit_bool<E: Error>(self, value: bool) -> Result<Switch, E> {
+                Ok(Switch(value))
+            }
+            fn visit_u64<E: Error>(self, value: u64) -> Result<Switch, E> {
+                match value {
+                    0 | 1 => Ok(Switch(value == 1)),
+                    _ => Err(E::invalid_value(Unexpected::Unsigned(value), &self)),
+                }
+            }
+            fn visit_str<E: Error>(self, text: &str) -> Result<Switch, E> {
+                match text.trim().to_ascii_lowercase().as_str() {
+                    "0" | "false" | "no" | "off" => Ok(Switch(false)),
+                    "1" | "true" | "yes" | "on" => Ok(Switch(true)),
+                    _ => Err(E::invalid_value(Unexpected::Str(text), &self)),
+                }
+            }
+        }
+        deserializer.deserialize_any(Reader)
+    }
+}
+
+/// Decodes a PGM (or another of the PNM family) or PNG image; its first bytes say which it is.
+fn decode(file: &Path) -> Result<DynamicImage, MapError> {
+    let refuse = |found: String, advice| MapError::Image {
+        image: file.into(),
+        found,
+        expected: format!("a PGM or PNG image of at most {SIDE_MAX} x {SIDE_MAX} pixels"),
+        advice,
+    };
+    let open = || ImageReader::open(file)?.with_guessed_format();
+    let mut reader =
+        open().map_err(|error| refuse(error.to_string(), "`image` is relative to the folder of the YAML file"))?;
+    let format = reader.format();
+    if !matches!(format, Some(ImageFormat::Png | ImageFormat::Pnm)) {
+        let found = format.map_or("an unknown format".to_owned(), |format| format!("the format {format:?}"));
+        return Err(refuse(found, "convert it, for example with `magick IN OUT.png`"));
+    }
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(SIDE_MAX as u32);
+    limits.max_image_height = Some(SIDE_MAX as u32);
+    reader.limits(limits);
+    let image = reader.decode().map_err(|error| refuse(error.to_string(), "is the file whole?"))?;
+    if image.width() == 0 || image.height() == 0 {
+        return Err(refuse("an image without pixels".to_owned(), "is the file whole?"));
+    }
+    Ok(image)
+}
+
+/// The threshold that Nav2's map saver writes for occupied cells.
+const OCCUPIED_THRESH: f64 = 0.65;
+/// The threshold that Nav2's map saver writes for free cells.
+const FREE_THRESH: f64 = 0.25;
+/// The grey that Nav2's map saver writes for free cells; occupied ones are 0.
+const FREE_GREY: u8 = 254;
+
+/// Grey values as Nav2's map saver writes them (0 occupied, 254 free), the top row first.
+pub(super) fn greys(grid: &OccupancyGrid) -> Vec<u8> {
+    let rows = grid.occupied().chunks_exact(grid.cols() as usize).rev();
+    rows.flatten().map(|&occupied| if occupied { 0 } else { FREE_GREY }).collect()
+}
+
+/// The YAML header of a map and its image, a binary PGM; the header calls the image `image`.
+pub fn write(grid: &OccupancyGrid, image: &str) -> (String, Vec<u8>) {
+    let origin = grid.frame().origin;
+    // As YAML writes a text: quoted where it must be.
+    let image = serde_yaml::to_string(image).expect("a text is YAML");
+    let header = format!(
+        "image: {}\nmode: trinary\nresolution: {:?}\norigin: [{:?}, {:?}, {:?}]\nnegate: 0\n\
+         occupied_thresh: {OCCUPIED_THRESH:?}\nfree_thresh: {FREE_THRESH:?}\n",
+        image.trim_end(),
+        grid.resolution_m(),
+        origin.position.x,
+        origin.position.y,
+        origin.theta,
+    );
+    let mut pgm = format!("P5\n{} {}\n255\n", grid.cols(), grid.rows()).into_bytes();
+    pgm.extend(greys(grid));
+    (header, pgm)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vec2;
+    use crate::map::Cell;
+    use crate::map::connectivity::Components;
+    use crate::math::FRAC_PI_2;
+    use image::{GrayImage, Luma, LumaA, Rgb, Rgba};
+    use std::io::Write;
+
+    const HEADER: &str = "image: map.pgm\nresolution: 0.5\norigin: [1, 2, 0]\nnegate: 0\n\
+                          occupied_thresh: 0.65\nfree_thresh: 0.25\n";
+
+    /// A folder with `map.yaml` and an image of the bytes given.
+    fn folder(header: &str, image: &[u8]) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("map.yaml"), header).expect("a file");
+        std::fs::write(folder.path().join("map.pgm"), image).expect("a file");
+        folder
+    }
+
+    fn load(header: &str, image: &[u8]) -> Result<RosMap, MapError> {
+        RosMap::load(&folder(header, image).path().join("map.yaml"))
+    }
+
+    /// The occupancies of one row of grey pixels.
+    fn row(header: &str, greys: &[u8]) -> Vec<i8> {
+        let mut pgm = format!("P5\n{} 1\n255\n", greys.len()).into_bytes();
+        pgm.extend(greys);
+        load(header, &pgm).expect("a map").occupancy
+    }
+
+    #[test]
+    fn row_0_of_the_image_is_the_top_and_origin_the_lower_left_corner() {
+        // 3 x 2 pixels; the comment and the line breaks are as map_saver and GIMP write them.
+        let ascii = b"P2\n# CREATOR: map_saver 0.5 m/pix\n3 2\n255\n0 254 254\n254\n254 180\n";
+        let binary = b"P5\n# CREATOR: map_saver 0.5 m/pix\n3 2\n255\n\x00\xfe\xfe\xfe\xfe\xb4";
+        let map = load(HEADER, ascii).expect("a map");
+        assert_eq!(map, load(HEADER, binary).expect("a map"));
+        assert_eq!(map.occupancy(), [0, 0, -1, 100, 0, 0]);
+        assert_eq!(map.unknown_count(), 1);
+        let grid = map.grid(Unknown::Occupied);
+        assert_eq!(grid.to_string(), "#..\n..#\n");
+        assert_eq!(map.grid(Unknown::Free).to_string(), "#..\n...\n");
+        assert_eq!(grid.resolution_m(), 0.5);
+        assert_eq!(grid.frame().point_to_world(Vec2::new(0.5, 0.0)), Vec2::new(1.5, 2.0));
+    }
+
+    #[test]
+    fn a_turned_origin_turns_the_map_about_its_lower_left_corner() {
+        let header = HEADER.replace("[1, 2, 0]", "[1, 2, 1.5707963267948966]");
+        let grid = load(&header, b"P2 3 1 255 254 254 0").expect("a map").grid(Unknown::Occupied);
+        assert_eq!(grid.frame().origin, Pose::new(1.0, 2.0, FRAC_PI_2));
+        // The occupied cell is the third: its centre lies 1.25 m along the map's x axis, which points to
+        // the world's +y, and 0.25 m along its y axis, which points to -x.
+        let centre = grid.frame().point_to_world(grid.centre(Cell { col: 2, row: 0 }));
+        assert!((centre - Vec2::new(1.0 - 0.25, 2.0 + 1.25)).norm() < 1e-12, "{centre}");
+        let cell = grid.cell_at(grid.frame().point_to_grid(Vec2::new(0.8, 3.2)));
+        assert!(cell == Cell { col: 2, row: 0 } && !grid.is_free(cell));
+    }
+
+    #[test]
+    fn thresholds_are_met_from_both_sides() {
+        // p of 89 is 0.651, of 90 0.647, of 191 0.2510, of 192 0.2471.
+        assert_eq!(row(HEADER, &[0, 89, 90, 191, 192, 255]), [100, 100, -1, -1, 0, 0]);
+        // Thresholds that a pixel meets exactly: 51 and 204 of 255 are p = 0.8 and 0.2. Both are included.
+        let exact = HEADER.replace("0.65", "0.8").replace("0.25", "0.2");
+        assert_eq!(row(&exact, &[50, 51, 52, 203, 204, 205]), [100, 100, -1, -1, 0, 0]);
+    }
+
+    #[test]
+    fn negate_swaps_dark_and_light() {
+        for negate in ["1", "true", "True", "yes", "'1'", "on"] {
+            let header = HEADER.replace("negate: 0", &format!("negate: {negate}"));
+            // p is v / 255: 63 is 0.247, 64 0.251, 165 0.647, 166 0.651.
+            assert_eq!(row(&header, &[0, 63, 64, 165, 166, 255]), [0, 0, -1, -1, 100, 100], "{negate}");
+        }
+        for negate in ["false", "no", "'0'", "off"] {
+            assert_eq!(row(&HEADER.replace("negate: 0", &format!("negate: {negate}")), &[0]), [100]);
+        }
+    }
+
+    #[test]
+    fn scale_grades_what_lies_between_the_thresholds() {
+        let header = format!("{HEADER}mode: Scale\n");
+        // 127: p = 128/255 = 0.50196, (p - 0.25) / 0.4 = 0.6299; 190: 65/255 = 0.2549 → 0.0123; 90: 0.647 → 0.9926.
+        assert_eq!(row(&header, &[0, 90, 127, 190, 254]), [100, 99, 63, 1, 0]);
+        let map = load(&header, b"P2 2 1 255 127 0").expect("a map");
+        assert_eq!(map.grid(Unknown::Occupied).to_string(), ".#\n");
+    }
+
+    #[test]
+    fn raw_takes_the_values_as_they_are() {
+        for negate in ["0", "1"] {
+            let header = format!("{}mode: raw\n", HEADER.replace("negate: 0", &format!("negate: {negate}")));
+            assert_eq!(row(&header, &[0, 1, 99, 100, 101, 205, 255]), [0, 1, 99, 100, -1, -1, -1]);
+        }
+    }
+
+    /// A PNG under the name that the header gives: the content says what it is.
+    fn png(image: impl Into<DynamicImage>) -> Vec<u8> {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        image.into().write_to(&mut bytes, ImageFormat::Png).expect("a PNG");
+        bytes.into_inner()
+    }
+
+    #[test]
+    fn colours_are_averaged_and_depths_agree() {
+        // Means 170 (p = 0.333: unknown), 255 (free) and 85 (p = 0.667: occupied).
+        let rgb = |x, _| Rgb([[255_u8, 255, 0], [255, 255, 255], [0, 0, 255]][x as usize]);
+        let rgb8 = ImageBuffer::from_fn(3, 1, rgb);
+        assert_eq!(load(HEADER, &png(rgb8)).expect("a map").occupancy, [-1, 0, 100]);
+        for grey in 0..=u8::MAX {
+            let narrow = load(HEADER, &png(GrayImage::from_pixel(1, 1, Luma([grey])))).expect("a map");
+            let wide = ImageBuffer::from_pixel(1, 1, Luma([u16::from(grey) * 257]));
+            assert_eq!(narrow, load(HEADER, &png(DynamicImage::ImageLuma16(wide))).expect("a map"));
+        }
+    }
+
+    #[test]
+    fn what_is_not_opaque_is_unknown_except_in_raw() {
+        let pixels = [[0_u8, 0, 0, 255], [0, 0, 0, 0], [255, 255, 255, 255], [255, 255, 255, 0], [0, 0, 0, 128]];
+        let rgba = png(ImageBuffer::from_fn(5, 1, |x, _| Rgba(pixels[x as usize])));
+        let greys = png(DynamicImage::ImageLumaA8(ImageBuffer::from_fn(5, 1, |x, _| {
+            LumaA([pixels[x as usize][0], pixels[x as usize][3]])
+        })));
+        for image in [rgba, greys] {
+            assert_eq!(load(HEADER, &image).expect("a map").occupancy, [100, -1, 0, -1, -1]);
+            let scale = load(&format!("{HEADER}mode: scale\n"), &image).expect("a map");
+            assert_eq!(scale.occupancy, [100, -1, 0, -1, -1]);
+            assert_eq!(load(&format!("{HEADER}mode: raw\n"), &image).expect("a map").occupancy, [0, 0, -1, -1, 0]);
+        }
+    }
+
+    #[test]
+    fn a_palette_is_looked_up_with_its_transparency() {
+        // By hand, for the encoder writes no palettes: 4 pixels of 2 bits, indices 0 1 2 3; the
+        // colours black, white, grey 205 and white, the last one transparent (tRNS).
+        let chunk = |kind: &[u8], data: &[u8]| {
+            let mut chunk = (data.len() as u32).to_be_bytes().to_vec();
+            chunk.extend(kind.iter().chain(data));
+            let crc = kind.iter().chain(data).fold(u32::MAX, |crc, &byte| {
+                (0..8).fold(crc ^ u32::from(byte), |crc, _| (crc >> 1) ^ (0xedb8_8320 * (crc & 1)))
+            });
+            chunk.extend((!crc).to_be_bytes());
+            chunk
+        };
+        // zlib, one stored block of a filter byte and a byte of pixels: 00, 00 01 10 11; Adler-32 by hand:
+        // a = 1 + 0 + 27 = 28, b = 1 + 28 = 29.
+        let pixels = [0x78, 0x01, 0x01, 2, 0, 0xfd, 0xff, 0x00, 0b0001_1011, 0, 29, 0, 28];
+        let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
+        bytes.extend(chunk(b"IHDR", &[0, 0, 0, 4, 0, 0, 0, 1, 2, 3, 0, 0, 0]));
+        bytes.extend(chunk(b"PLTE", &[0, 0, 0, 255, 255, 255, 205, 205, 205, 255, 255, 255]));
+        bytes.extend(chunk(b"tRNS", &[255, 255, 255, 0]));
+        bytes.extend(chunk(b"IDAT", &pixels));
+        bytes.extend(chunk(b"IEND", &[]));
+        // 205: p = 50/255 = 0.196 is free at 0.25 and unknown at 0.196.
+        assert_eq!(load(HEADER, &bytes).expect("a map").occupancy, [100, 0, 0, -1]);
+        assert_eq!(load(&HEADER.replace("0.25", "0.196"), &bytes).expect("a map").occupancy, [100, 0, -1, -1]);
+    }
+
+    #[test]
+    fn other_depths_of_pgm_are_scaled() {
+        // Of 100: 30 is p = 0.7, 40 is 0.6, 80 is 0.2.
+        assert_eq!(load(HEADER, b"P2 3 1 100 30 40 80").expect("a map").occupancy, [100, -1, 0]);
+        assert_eq!(load(HEADER, b"P5 2 1 65535\n\x00\x00\xff\xff").expect("a map").occupancy, [100, 0]);
+    }
+
+    #[test]
+    fn headers_may_be_quoted_and_listed_and_in_any_order() {
+        let header = "free_thresh: \"0.25\"\noccupied_thresh: .65\nnegate: 0\nmode: 'trinary'\n# a comment\n\
+                      origin:\n- 1\n- \"2.0\"\n- 0e0\nresolution: '0.50000'\nimage: \"map.pgm\"\n";
+        let image = b"P2 1 1 255 0";
+        assert_eq!(load(header, image).expect("a map"), load(HEADER, image).expect("a map"));
+        let flow = "{image: map.pgm, resolution: 0.5, origin: [1, 2, 0], negate: 0, occupied_thresh: 0.65, \
+                    free_thresh: 0.25}";
+        assert_eq!(load(flow, image).expect("a map"), load(HEADER, image).expect("a map"));
+    }
+
+    #[test]
+    fn faults_of_a_header_are_named_with_their_place() {
+        for (old, new, expected) in [
+            ("resolution", "resolutoin", "line 2, column 1: unknown key `resolutoin`, did you mean `resolution`?"),
+            ("negate: 0\n", "", "missing key `negate`"),
+            ("negate: 0", "negate: 2", "invalid value: integer `2`, expected 0 or 1"),
+            ("negate: 0", "negate: 0\nnegate: 0", "twice the key `negate`"),
+            ("0.5", "0", "line 2, column 13: resolution: expected a number above 0, found 0"),
+            ("0.5", "wide", "line 2, column 13: resolution: invalid value: string \"wide\", expected a number"),
+            ("0.5", ".nan", "expected a number above 0, found NaN"),
+            ("[1, 2, 0]", "[1, 2]", "invalid length 2, expected an array of length 3"),
+            ("[1, 2, 0]", "[1, 2, .inf]", "expected a finite number, found inf"),
+            ("0.65", "65", "expected a number from 0 to 1, found 65"),
+            ("0.65", "0.25", "found `free_thresh` 0.25 and `occupied_thresh` 0.25, expected a free threshold below"),
+            ("negate: 0", "negate: 0\nmode: trinry", "unknown mode `trinry`, did you mean `trinary`?"),
+            ("map.pgm", "''", "`image` is empty"),
+            ("map.pgm", "[", ": line "),
+        ] {
+            let header = HEADER.replacen(old, new, 1);
+            assert_ne!(header, HEADER);
+            let message = load(&header, b"P2 1 1 255 0").expect_err("refused").to_string();
+            assert!(message.contains("map.yaml: ") && message.contains(expected), "{message}");
+        }
+        assert!(load("", b"P2 1 1 255 0").is_err());
+    }
+
+    #[test]
+    fn faults_of_an_image_are_named_with_the_image() {
+        for (image, expected) in [
+            (&b""[..], "expected a PGM or PNG image"),
+            (b"no image at all", "expected a PGM or PNG image"),
+            (b"\xff\xd8\xff\xe0\0\x10JFIF", "found the format Jpeg, expected a PGM or PNG image"),
+            (b"P5 3 3 255\n123", "is the file whole?"),
+            (b"P2 3 1 255 1 2", "is the file whole?"),
+            (b"P2 1 1 255 256", "is the file whole?"),
+            (b"P5 0 3 255\n", "expected a PGM or PNG image"),
+            (b"P5 99999 99999 255\n", "of at most 16384 x 16384 pixels"),
+            (b"\x89PNG\r\n\x1a\n", "is the file whole?"),
+        ] {
+            let message = load(HEADER, image).expect_err("refused").to_string();
+            assert!(message.contains("map.yaml: ") && message.contains("map.pgm: found"), "{message}");
+            assert!(message.contains(expected), "{message}");
+        }
+        let message = load(&HEADER.replace("map.pgm", "other.png"), b"").expect_err("refused").to_string();
+        assert!(message.contains("other.png: found ") && message.contains("folder of the YAML file"), "{message}");
+        let message = RosMap::load(Path::new("no/such.yaml")).expect_err("refused").to_string();
+        assert!(message.contains("such.yaml: cannot read the map"), "{message}");
+    }
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let origin = Pose::new(-12.5, 1e-7, 0.3);
+        let grid = OccupancyGrid::from_ascii(&["..#", "#.."], 0.05).with_frame(Frame { origin });
+        let (header, pgm) = write(&grid, "map.pgm");
+        assert_eq!(load(&header, &pgm).expect("a map").grid(Unknown::Free), grid);
+        assert_eq!(load(&header, &pgm).expect("a map").unknown_count(), 0);
+        let (header, _) = write(&grid, "a: strange #name.pgm");
+        assert_eq!(Header::parse(&header).expect("a header").image, "a: strange #name.pgm");
+    }
+
+    /// The folder of the benchmark, or nothing where it is absent.
+    fn benchmark() -> Option<PathBuf> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/benchmarks/ros_maps");
+        if !folder.exists() {
+            writeln!(std::io::stderr(), "skipped: ../shared/benchmarks not found").expect("stderr");
+            return None;
+        }
+        Some(folder)
+    }
+
+    #[test]
+    fn benchmark_maps_have_the_cells_that_others_counted() {
+        let Some(folder) = benchmark() else { return };
+        let facts = std::fs::read_to_string(folder.join("facts.tsv")).expect("text");
+        let mut maps = 0;
+        for line in facts.lines().skip(1) {
+            let fields: Vec<&str> = line.split('\t').collect();
+            let map = RosMap::load(&folder.join(fields[0])).expect("a map");
+            let grid = map.grid(Unknown::Occupied);
+            let free: Vec<bool> = grid.occupied().iter().map(|&occupied| !occupied).collect();
+            let count = |occupancy| map.occupancy.iter().filter(|&&cell| cell == occupancy).count().to_string();
+            let largest = Components::new(&grid, &free).sizes().iter().copied().max().expect("free cells").to_string();
+            let found = [
+                grid.cols().to_string(),
+                grid.rows().to_string(),
+                count(FREE),
+                count(OCCUPIED),
+                count(UNKNOWN),
+                largest,
+            ];
+            let expected = [fields[3], fields[4], fields[6], fields[7], fields[8], fields[9]];
+            assert_eq!(found, expected, "{line}");
+            assert_eq!(grid.resolution_m(), fields[5].parse::<f64>().expect("a number"));
+
+            // Queries count rows from the top.
+            let queries = folder.join(fields[0].replace(".yaml", ".queries.tsv"));
+            for query in std::fs::read_to_string(queries).expect("text").lines().skip(1) {
+                let numbers: Vec<i32> =
+                    query.split('\t').take(4).map(|field| field.parse().expect("a number")).collect();
+                for end in numbers.chunks_exact(2) {
+                    assert!(grid.is_free(Cell { col: end[0], row: grid.rows() - 1 - end[1] }), "{query}");
+                }
+            }
+            maps += 1;
+        }
+        assert_eq!(maps, 2);
+    }
+}
