@@ -37,6 +37,7 @@ registry! {
     dijkstra,
     a_star,
     theta_star,
+    imp_a_star,
 }
 
 /// One question to a global planner.

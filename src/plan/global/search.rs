@@ -64,6 +64,8 @@ pub(super) struct Arrival<C> {
     pub cell: Cell,
     /// Cost from the start.
     pub g: C,
+    /// The node that it was reached from, none for the start.
+    pub from: Option<Visit<C>>,
 }
 
 /// What distinguishes one best-first planner from another, for one problem.
@@ -139,7 +141,7 @@ impl<C: Cost> Workspace<C> {
         let closed = opened + 1;
 
         self.nodes[start as usize] = Node { g: C::ZERO, parent: start, stamp: opened };
-        self.open.push(rule.priority(Arrival { cell: problem.start, g: C::ZERO }), C::ZERO.value(), start, None);
+        self.open.push(rule.priority(Arrival { cell: problem.start, g: C::ZERO, from: None }), C::ZERO.value(), start, None);
         search.generated = 1;
         while let Some(Popped { index, g, arrived_by }) = self.open.pop() {
             let node = &mut self.nodes[index as usize];
@@ -168,7 +170,7 @@ impl<C: Cost> Workspace<C> {
                     continue;
                 }
                 self.nodes[to as usize] = Node { g, parent, stamp: opened };
-                let f = rule.priority(Arrival { cell: step.from(from.cell), g });
+                let f = rule.priority(Arrival { cell: step.from(from.cell), g, from: Some(from) });
                 self.open.push(f, g.value(), to, Some(step));
                 search.generated += 1;
             }
