@@ -37,6 +37,10 @@ registry! {
     dijkstra,
     a_star,
     theta_star,
+    improved_dijkstra,
+    lpa_star,
+    bfs,
+    dfs,
     imp_a_star,
 }
 

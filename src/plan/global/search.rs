@@ -26,6 +26,7 @@
 //! whatever the order of their steps; planners of real-valued costs keep an `f64`.
 
 mod cost;
+mod marks;
 mod moves;
 mod open;
 #[cfg(test)]
@@ -33,6 +34,7 @@ mod tests;
 
 pub use cost::Heuristic;
 pub(super) use cost::{Cost, Steps};
+pub(super) use marks::Marks;
 pub use moves::CornerRule;
 pub(super) use moves::{Move, Moves};
 
@@ -96,6 +98,11 @@ pub(super) trait Rule {
     fn priority(&self, arrival: Arrival<Self::Cost>) -> f64;
 }
 
+/// How many times its plain cost a step costs, given the bits of the cells at both its ends, joined by or.
+pub(super) fn step_factor(bits: u8) -> u32 {
+    if bits & ESCAPE != 0 { ESCAPE_FACTOR } else { 1 }
+}
+
 /// What is known of a cell.
 #[derive(Clone, Copy, Debug)]
 struct Node<C> {
@@ -141,7 +148,12 @@ impl<C: Cost> Workspace<C> {
         let closed = opened + 1;
 
         self.nodes[start as usize] = Node { g: C::ZERO, parent: start, stamp: opened };
-        self.open.push(rule.priority(Arrival { cell: problem.start, g: C::ZERO, from: None }), C::ZERO.value(), start, None);
+        self.open.push(
+            rule.priority(Arrival { cell: problem.start, g: C::ZERO, from: None }),
+            C::ZERO.value(),
+            start,
+            None,
+        );
         search.generated = 1;
         while let Some(Popped { index, g, arrived_by }) = self.open.pop() {
             let node = &mut self.nodes[index as usize];
@@ -163,8 +175,8 @@ impl<C: Cost> Workspace<C> {
                 if known.stamp == closed && !rule.reopens() {
                     continue;
                 }
-                let in_escape_zone = (from_bits | grid.cells()[to as usize]) & ESCAPE != 0;
-                let stepped = from.g.stepped(step.is_diagonal(), if in_escape_zone { ESCAPE_FACTOR } else { 1 });
+                let factor = step_factor(from_bits | grid.cells()[to as usize]);
+                let stepped = from.g.stepped(step.is_diagonal(), factor);
                 let (parent, g) = rule.connect(self, &from, step, stepped);
                 if known.stamp >= opened && known.g.value() <= g.value() {
                     continue;
