@@ -1,8 +1,10 @@
 //! What every planner of a registry promises, asked of each of them: there is no second list of names.
 
 use simrun::map::{Cell, DistanceField, OccupancyGrid};
+use simrun::metrics::any_angle_m;
 use simrun::plan::PlanningGrid;
 use simrun::plan::global::{GlobalChoice, GlobalPlanner, PlanFailure, Problem, Search};
+use simrun::rng::{EpisodeSeed, Purpose};
 
 /// Start `S`, goal `G`, obstacles `#`; several start and goal are allowed to be absent.
 fn problem(lines: &[&str]) -> (PlanningGrid, Cell, Cell) {
@@ -117,6 +119,54 @@ fn every_global_planner_answers_the_same_twice_and_after_other_problems() {
             assert_eq!(plan(&mut *planner, problem), alone(problem), "{name}");
         }
     }
+}
+
+/// Straight and diagonal steps of a path of neighbours.
+fn steps(path: &[Cell]) -> (usize, usize) {
+    let straight = path.windows(2).filter(|pair| pair[0].col == pair[1].col || pair[0].row == pair[1].row).count();
+    (straight, path.len() - 1 - straight)
+}
+
+#[test]
+fn every_global_planner_finds_a_way_where_there_is_one_and_none_is_shorter_than_can_be() {
+    const EXACT: [&str; 4] = ["dijkstra", "a_star", "improved_dijkstra", "lpa_star"];
+    let mut stream = EpisodeSeed { seed: 1, episode: 0 }.stream(Purpose::Map, 0);
+    let mut planners: Vec<_> = planners().collect();
+    let mut found = 0;
+    for _ in 0..1000 {
+        let (cols, rows) = (1 + stream.index(20) as i32, 1 + stream.index(20) as i32);
+        let mut map = OccupancyGrid::empty(cols, rows, 0.5);
+        let share = stream.range(0.0, 0.45);
+        for index in 0..map.occupied().len() {
+            if stream.uniform() < share {
+                map.set_occupied(map.cell(index));
+            }
+        }
+        let mut cell = || map.cell(stream.index(map.occupied().len()));
+        let problem = (PlanningGrid::new(&map, &DistanceField::new(&map), 0.0), cell(), cell());
+        let (grid, start, goal) = &problem;
+        let optimum_m = any_angle_m(&map, map.centre(*start), map.centre(*goal));
+        let mut reference = None;
+        for (name, planner) in &mut planners {
+            planner.reset();
+            let (search, path) = plan(&mut **planner, &problem);
+            let (result, shortest) = reference.get_or_insert((search.result, path.clone()));
+            assert_eq!(search.result, *result, "{name}");
+            if result.is_err() {
+                continue;
+            }
+            found += 1;
+            assert_eq!((path[0], path[path.len() - 1]), (*start, *goal), "{name}");
+            assert!(path.windows(2).all(|pair| pair[0] != pair[1]), "{name}");
+            assert!(path.windows(2).all(|pair| grid.line_of_sight_cells(pair[0], pair[1])), "{name}: {path:?}");
+            let length_m: f64 = path.windows(2).map(|pair| (grid.centre(pair[0]) - grid.centre(pair[1])).norm()).sum();
+            assert!(length_m >= optimum_m.expect("a way exists") - 1e-9, "{name}: {length_m}, {optimum_m:?}");
+            if EXACT.contains(name) {
+                assert_eq!(steps(&path), steps(shortest), "{name}: as long as dijkstra's, to the step");
+            }
+        }
+    }
+    assert!(found > 2000, "{found}");
 }
 
 #[test]

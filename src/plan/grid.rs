@@ -301,6 +301,11 @@ impl PlanningGrid {
         cell.col >= 0 && cell.col < self.cols && cell.row >= 0 && cell.row < self.rows
     }
 
+    /// Number of passable cells, those of escape zones included.
+    pub(super) fn passable_count(&self) -> usize {
+        self.cells.iter().filter(|&&bits| bits & PASSABLE != 0).count()
+    }
+
     /// Whether any cell belongs to an escape zone.
     pub(super) fn has_escape_zone(&self) -> bool {
         !self.zone.is_empty()

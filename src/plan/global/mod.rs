@@ -37,6 +37,11 @@ registry! {
     dijkstra,
     a_star,
     theta_star,
+    improved_dijkstra,
+    lpa_star,
+    bfs,
+    dfs,
+    imp_a_star,
 }
 
 /// One question to a global planner.

@@ -26,6 +26,7 @@
 //! whatever the order of their steps; planners of real-valued costs keep an `f64`.
 
 mod cost;
+mod marks;
 mod moves;
 mod open;
 #[cfg(test)]
@@ -33,6 +34,7 @@ mod tests;
 
 pub use cost::Heuristic;
 pub(super) use cost::{Cost, Steps};
+pub(super) use marks::Marks;
 pub use moves::CornerRule;
 pub(super) use moves::{Move, Moves};
 
@@ -64,6 +66,8 @@ pub(super) struct Arrival<C> {
     pub cell: Cell,
     /// Cost from the start.
     pub g: C,
+    /// The node that it was reached from, none for the start.
+    pub from: Option<Visit<C>>,
 }
 
 /// What distinguishes one best-first planner from another, for one problem.
@@ -92,6 +96,11 @@ pub(super) trait Rule {
 
     /// f: the node with the smallest is expanded first.
     fn priority(&self, arrival: Arrival<Self::Cost>) -> f64;
+}
+
+/// How many times its plain cost a step costs, given the bits of the cells at both its ends, joined by or.
+pub(super) fn step_factor(bits: u8) -> u32 {
+    if bits & ESCAPE != 0 { ESCAPE_FACTOR } else { 1 }
 }
 
 /// What is known of a cell.
@@ -139,7 +148,12 @@ impl<C: Cost> Workspace<C> {
         let closed = opened + 1;
 
         self.nodes[start as usize] = Node { g: C::ZERO, parent: start, stamp: opened };
-        self.open.push(rule.priority(Arrival { cell: problem.start, g: C::ZERO }), C::ZERO.value(), start, None);
+        self.open.push(
+            rule.priority(Arrival { cell: problem.start, g: C::ZERO, from: None }),
+            C::ZERO.value(),
+            start,
+            None,
+        );
         search.generated = 1;
         while let Some(Popped { index, g, arrived_by }) = self.open.pop() {
             let node = &mut self.nodes[index as usize];
@@ -161,14 +175,14 @@ impl<C: Cost> Workspace<C> {
                 if known.stamp == closed && !rule.reopens() {
                     continue;
                 }
-                let in_escape_zone = (from_bits | grid.cells()[to as usize]) & ESCAPE != 0;
-                let stepped = from.g.stepped(step.is_diagonal(), if in_escape_zone { ESCAPE_FACTOR } else { 1 });
+                let factor = step_factor(from_bits | grid.cells()[to as usize]);
+                let stepped = from.g.stepped(step.is_diagonal(), factor);
                 let (parent, g) = rule.connect(self, &from, step, stepped);
                 if known.stamp >= opened && known.g.value() <= g.value() {
                     continue;
                 }
                 self.nodes[to as usize] = Node { g, parent, stamp: opened };
-                let f = rule.priority(Arrival { cell: step.from(from.cell), g });
+                let f = rule.priority(Arrival { cell: step.from(from.cell), g, from: Some(from) });
                 self.open.push(f, g.value(), to, Some(step));
                 search.generated += 1;
             }

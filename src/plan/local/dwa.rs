@@ -34,14 +34,12 @@
 //!
 //! Parameters: [`Params`].
 
-use super::window::{
-    BrakingDistance, BrakingTurn, DistanceMode, DynamicWindow, Prediction, Rollouts, Score, Settings, Spacing,
-};
-use super::{Decision, Entry, Guidance, LocalPlanner, Mode};
+use super::window::{DistanceMode, DynamicWindow, Rollouts, Score};
+use super::{Decision, Entry, Guidance, LocalPlanner};
 use crate::geometry::{Pose, Twist, Vec2};
 use crate::math;
 use crate::observation::Observation;
-use crate::quantity::{NonNegative, Positive, Samples};
+use crate::quantity::NonNegative;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -56,90 +54,123 @@ pub enum HeadingAt {
     Stop,
 }
 
-/// Parameters of `dwa`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Params {
-    /// Weight α of the heading term; higher turns to the target sooner and goes round less. Default 0.1: with the
-    /// 0.05 that the papers print, the default robot drifts past turns at full speed.
-    pub heading_weight: NonNegative,
-    /// Weight β of the distance term; higher keeps farther from obstacles and shuns lanes. Default 0.2.
-    pub distance_weight: NonNegative,
-    /// Weight γ of the velocity term; lower is timid. Default 0.1.
-    pub velocity_weight: NonNegative,
-    /// Time predicted, s, rounded to whole control periods. Longer sees farther and admits less. Default 3.
-    pub horizon_s: Positive,
-    /// Step between sampled speeds, m/s; without it `speed_samples` counts. The papers' scenarios use 0.01 to 0.02.
-    pub speed_step_mps: Option<Positive>,
-    /// Step between sampled yaw rates, rad/s; without it `yaw_rate_samples` counts.
-    pub yaw_rate_step_radps: Option<Positive>,
-    /// Sampled speeds, evenly over the window. A count fits the window of any robot and bounds the cost of a
-    /// decision; more than a few change little. Default 11 (every 0.01 m/s at 0.5 m/s²).
-    pub speed_samples: Samples,
-    /// Sampled yaw rates, evenly over the window. Default 21 (every 0.02 rad/s at 2 rad/s²).
-    pub yaw_rate_samples: Samples,
-    /// How a rollout moves. Default `euler`.
-    pub prediction: Prediction,
-    /// Whether movers are predicted at constant velocity; else they stand where they are. Default false.
-    pub predict_dynamic: bool,
-    /// Where the clearance of a rollout is taken. Default `path_min`.
-    pub dist_mode: DistanceMode,
-    /// Clearance above which a rollout is no better, m. Default 0.5.
-    pub d_cap_m: Positive,
-    /// Where the heading of a rollout is judged. Default `horizon`.
-    pub heading_at: HeadingAt,
-    /// The distance in which the robot must be able to stop. Default `arc`.
-    pub va_distance: BrakingDistance,
-    /// How that rule bounds the yaw rate. Default `printed`.
-    pub va_angular: BrakingTurn,
-    /// Whether that distance is cut as well, which caps the speed at √(2 a d), as in the demo the papers' numbers
-    /// come from. Default false.
-    pub va_uses_clip: bool,
-    /// Where it is cut, m; `d_cap_m` where absent.
-    pub va_clip_m: Option<Positive>,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            heading_weight: NonNegative::new(0.1),
-            distance_weight: NonNegative::new(0.2),
-            velocity_weight: NonNegative::new(0.1),
-            horizon_s: Positive::new(3.0),
-            speed_step_mps: None,
-            yaw_rate_step_radps: None,
-            speed_samples: Samples::new(11),
-            yaw_rate_samples: Samples::new(21),
-            prediction: Prediction::Euler,
-            predict_dynamic: false,
-            dist_mode: DistanceMode::PathMin,
-            d_cap_m: Positive::new(0.5),
-            heading_at: HeadingAt::Horizon,
-            va_distance: BrakingDistance::Arc,
-            va_angular: BrakingTurn::Printed,
-            va_uses_clip: false,
-            va_clip_m: None,
+/// Makes the parameters of a planner that weighs the window's rollouts: its own ones, then those of the window and
+/// of what [`Terms`] measures, which mean the same for all. `predict_dynamic` has to be among its own ones, since its default
+/// differs.
+macro_rules! window_params {
+    ($(#[$about:meta])* pub struct Params { $($(#[$doc:meta])* pub $field:ident: $type:ty = $default:expr,)* }) => {
+        $(#[$about])*
+        #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct Params {
+            $($(#[$doc])* pub $field: $type,)*
+            /// Time predicted, s, rounded to whole control periods. Longer sees farther and admits less. Default 3.
+            pub horizon_s: $crate::quantity::Positive,
+            /// Step between sampled speeds, m/s; without it `speed_samples` counts. The papers' scenarios use 0.01 to 0.02.
+            pub speed_step_mps: Option<$crate::quantity::Positive>,
+            /// Step between sampled yaw rates, rad/s; without it `yaw_rate_samples` counts.
+            pub yaw_rate_step_radps: Option<$crate::quantity::Positive>,
+            /// Sampled speeds, evenly over the window. A count fits the window of any robot and bounds the cost of a
+            /// decision; more than a few change little. Default 11 (every 0.01 m/s at 0.5 m/s²).
+            pub speed_samples: $crate::quantity::Samples,
+            /// Sampled yaw rates, evenly over the window. Default 21 (every 0.02 rad/s at 2 rad/s²).
+            pub yaw_rate_samples: $crate::quantity::Samples,
+            /// How a rollout moves. Default `euler`.
+            pub prediction: $crate::plan::local::window::Prediction,
+            /// Where the clearance of a rollout is taken. Default `path_min`.
+            pub dist_mode: $crate::plan::local::window::DistanceMode,
+            /// Clearance above which a rollout is no better, m. Default 0.5.
+            pub d_cap_m: $crate::quantity::Positive,
+            /// Where the heading of a rollout is judged. Default `horizon`.
+            pub heading_at: $crate::plan::local::dwa::HeadingAt,
+            /// The distance in which the robot must be able to stop. Default `arc`.
+            pub va_distance: $crate::plan::local::window::BrakingDistance,
+            /// How that rule bounds the yaw rate. Default `printed`.
+            pub va_angular: $crate::plan::local::window::BrakingTurn,
+            /// Whether that distance is cut as well, which caps the speed at √(2 a d), as in the demo the papers' numbers
+            /// come from. Default false.
+            pub va_uses_clip: bool,
+            /// Where it is cut, m; `d_cap_m` where absent.
+            pub va_clip_m: Option<$crate::quantity::Positive>,
         }
-    }
-}
 
-impl Params {
-    /// The settings of the window that these parameters describe.
-    fn window(&self) -> Settings {
-        let spacing = |step: Option<Positive>, samples: Samples| {
-            step.map_or(Spacing::Count(samples.get()), |step| Spacing::Step(step.get()))
-        };
-        Settings {
-            horizon_s: self.horizon_s.get(),
-            prediction: self.prediction,
-            speed: spacing(self.speed_step_mps, self.speed_samples),
-            yaw_rate: spacing(self.yaw_rate_step_radps, self.yaw_rate_samples),
-            predict_dynamic: self.predict_dynamic,
-            clearance_cap_m: self.d_cap_m.get(),
-            braking_distance: self.va_distance,
-            braking_clip_m: self.va_uses_clip.then(|| self.va_clip_m.unwrap_or(self.d_cap_m).get()),
-            braking_turn: self.va_angular,
+        impl Default for Params {
+            fn default() -> Self {
+                use $crate::plan::local::{dwa, window};
+                use $crate::quantity::{Positive, Samples};
+                Self {
+                    $($field: $default,)*
+                    horizon_s: Positive::new(3.0),
+                    speed_step_mps: None,
+                    yaw_rate_step_radps: None,
+                    speed_samples: Samples::new(11),
+                    yaw_rate_samples: Samples::new(21),
+                    prediction: window::Prediction::Euler,
+                    dist_mode: window::DistanceMode::PathMin,
+                    d_cap_m: Positive::new(0.5),
+                    heading_at: dwa::HeadingAt::Horizon,
+                    va_distance: window::BrakingDistance::Arc,
+                    va_angular: window::BrakingTurn::Printed,
+                    va_uses_clip: false,
+                    va_clip_m: None,
+                }
+            }
         }
+
+        impl Params {
+            /// The settings of the window that these parameters describe.
+            fn window(&self) -> $crate::plan::local::window::Settings {
+                use $crate::plan::local::window::{Settings, Spacing};
+                use $crate::quantity::{Positive, Samples};
+                let spacing = |step: Option<Positive>, samples: Samples| {
+                    step.map_or(Spacing::Count(samples.get()), |step| Spacing::Step(step.get()))
+                };
+                Settings {
+                    horizon_s: self.horizon_s.get(),
+                    prediction: self.prediction,
+                    speed: spacing(self.speed_step_mps, self.speed_samples),
+                    yaw_rate: spacing(self.yaw_rate_step_radps, self.yaw_rate_samples),
+                    predict_dynamic: self.predict_dynamic,
+                    clearance_cap_m: self.d_cap_m.get(),
+                    braking_distance: self.va_distance,
+                    braking_clip_m: self.va_uses_clip.then(|| self.va_clip_m.unwrap_or(self.d_cap_m).get()),
+                    braking_turn: self.va_angular,
+                }
+            }
+
+            /// What these parameters make of the rollouts of one cycle.
+            fn terms<'a>(
+                &self,
+                rollouts: &'a $crate::plan::local::window::Rollouts,
+                observation: &'a $crate::observation::Observation<'a>,
+                target: $crate::geometry::Vec2,
+            ) -> $crate::plan::local::dwa::Terms<'a> {
+                $crate::plan::local::dwa::Terms {
+                    rollouts,
+                    observation,
+                    target,
+                    heading_at: self.heading_at,
+                    dist_mode: self.dist_mode,
+                    d_cap_m: self.d_cap_m.get(),
+                }
+            }
+        }
+    };
+}
+pub(super) use window_params;
+
+window_params! {
+    /// Parameters of `dwa`.
+    pub struct Params {
+        /// Weight α of the heading term; higher turns to the target sooner and goes round less. Default 0.1: with the
+        /// 0.05 that the papers print, the default robot drifts past turns at full speed.
+        pub heading_weight: NonNegative = NonNegative::new(0.1),
+        /// Weight β of the distance term; higher keeps farther from obstacles and shuns lanes. Default 0.2.
+        pub distance_weight: NonNegative = NonNegative::new(0.2),
+        /// Weight γ of the velocity term; lower is timid. Default 0.1.
+        pub velocity_weight: NonNegative = NonNegative::new(0.1),
+        /// Whether movers are predicted at constant velocity; else they stand where they are. Default false.
+        pub predict_dynamic: bool = false,
     }
 }
 
@@ -167,24 +198,14 @@ impl Planner {
 impl LocalPlanner for Planner {
     fn decide(&mut self, observation: &Observation<'_>, guidance: &Guidance<'_>) -> Decision {
         let params = &self.params;
-        let target = guidance.sub_goal;
         let rollouts = self.window.roll(observation);
-        let count = rollouts.len() as u64;
-
+        let terms = params.terms(rollouts, observation, guidance.sub_goal);
         let mut score = self.score.over(rollouts);
-        score.add(params.heading_weight.get(), |i| {
-            heading(heading_pose(params.heading_at, rollouts, i, observation), target)
-        });
-        score.add(params.distance_weight.get(), |i| {
-            math::min(rollouts.clearance_m(i, params.dist_mode), params.d_cap_m.get())
-        });
-        score.add(params.velocity_weight.get(), |i| math::max(rollouts.twist(i).v, 0.0));
-
-        if let Some(best) = score.best() {
-            return Decision { command: rollouts.twist(best), mode: Mode::Track, rollouts: count };
-        }
-        let recovery = self.window.recover(observation, target);
-        Decision { command: recovery.command, mode: Mode::Recover, rollouts: count + recovery.rollouts }
+        score.add(params.heading_weight.get(), |i| terms.heading(i));
+        score.add(params.distance_weight.get(), |i| terms.distance_m(i));
+        score.add(params.velocity_weight.get(), |i| terms.velocity_mps(i));
+        let best = score.best();
+        self.window.decide(best, observation, guidance.sub_goal)
     }
 
     fn reset(&mut self) {
@@ -192,25 +213,53 @@ impl LocalPlanner for Planner {
     }
 }
 
-/// π less the angle between the heading of `pose` and the line to `target`, rad: π where it points there.
-pub(super) fn heading(pose: Pose, target: Vec2) -> f64 {
-    math::PI - pose.bearing_to(target).abs()
+/// The terms of the objective that every planner over the window shares, for the rollouts of one cycle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Terms<'a> {
+    pub rollouts: &'a Rollouts,
+    pub observation: &'a Observation<'a>,
+    pub target: Vec2,
+    pub heading_at: HeadingAt,
+    pub dist_mode: DistanceMode,
+    pub d_cap_m: f64,
 }
 
-/// Where rollout `i` is judged for its heading.
-fn heading_pose(at: HeadingAt, rollouts: &Rollouts, i: usize, observation: &Observation<'_>) -> Pose {
-    match at {
-        HeadingAt::Horizon => rollouts.end(i),
-        HeadingAt::Stop => {
-            // One tick, then an arc as long as the braking distance that turns as far as the braking of the yaw rate.
-            let (twist, robot) = (rollouts.twist(i), observation.robot);
-            let braking = Twist {
-                v: twist.v * twist.v.abs() / (2.0 * robot.deceleration_mps2),
-                omega: twist.omega * twist.omega.abs() / (2.0 * robot.yaw_acceleration_radps2),
-            };
-            observation.pose.advance(twist, observation.dt_s).advance(braking, 1.0)
+impl Terms<'_> {
+    /// heading of rollout `i`, rad: π where it points to the target, 0 where it points away.
+    pub fn heading(&self, i: usize) -> f64 {
+        heading(self.judged_pose(i), self.target)
+    }
+
+    /// dist of rollout `i`, m: its clearance, cut at the cap.
+    pub fn distance_m(&self, i: usize) -> f64 {
+        math::min(self.rollouts.clearance_m(i, self.dist_mode), self.d_cap_m)
+    }
+
+    /// velocity of rollout `i`, m/s: 0 where it reverses.
+    pub fn velocity_mps(&self, i: usize) -> f64 {
+        math::max(self.rollouts.twist(i).v, 0.0)
+    }
+
+    /// Where rollout `i` is judged for its heading.
+    fn judged_pose(&self, i: usize) -> Pose {
+        match self.heading_at {
+            HeadingAt::Horizon => self.rollouts.end(i),
+            HeadingAt::Stop => {
+                // One tick, then an arc as long as the braking distance that turns as far as the braking of the yaw rate.
+                let (twist, robot) = (self.rollouts.twist(i), self.observation.robot);
+                let braking = Twist {
+                    v: twist.v * twist.v.abs() / (2.0 * robot.deceleration_mps2),
+                    omega: twist.omega * twist.omega.abs() / (2.0 * robot.yaw_acceleration_radps2),
+                };
+                self.observation.pose.advance(twist, self.observation.dt_s).advance(braking, 1.0)
+            }
         }
     }
+}
+
+/// π less the angle between the heading of `pose` and the line to `target`, rad: π where it points there.
+fn heading(pose: Pose, target: Vec2) -> f64 {
+    math::PI - pose.bearing_to(target).abs()
 }
 
 #[cfg(test)]
@@ -218,7 +267,9 @@ mod tests {
     use super::*;
     use crate::map::{Cell, OccupancyGrid};
     use crate::observation::SensedObstacle;
+    use crate::plan::local::Mode;
     use crate::plan::local::tests::{Course, Drive};
+    use crate::plan::local::window::{BrakingDistance, Spacing};
     use crate::rng::{EpisodeSeed, Purpose, Stream};
     use crate::robot::Robot;
 

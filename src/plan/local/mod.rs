@@ -35,6 +35,7 @@ macro_rules! registry {
 
 registry! {
     dwa,
+    imp_dwa,
     pure_pursuit,
 }
 

@@ -27,6 +27,8 @@ macro_rules! registry {
 
 registry! {
     line_of_sight,
+    clearance_prune,
+    arc_fillet,
 }
 
 /// Turns a path into a better one on the same planning grid.

@@ -26,6 +26,12 @@ const D_ROW: [i32; 8] = [0, 1, 1, 1, 0, -1, -1, -1];
 /// The moves through an edge: E, N, W, S.
 const STRAIGHT: u8 = 0b0101_0101;
 
+const N: u8 = 1 << 2;
+const NW: u8 = 1 << 3;
+const W: u8 = 1 << 4;
+const SW: u8 = 1 << 5;
+const S: u8 = 1 << 6;
+
 /// Steps in an array of cells with `stride` cells per row, in the order of the moves.
 pub(super) fn offsets(stride: usize) -> [i32; 8] {
     core::array::from_fn(|k| D_COL[k] + D_ROW[k] * stride as i32)
@@ -50,6 +56,11 @@ impl Move {
     pub fn from(self, cell: Cell) -> Cell {
         Cell { col: cell.col + D_COL[self.direction()], row: cell.row + D_ROW[self.direction()] }
     }
+
+    /// The padded index of the cell that the move leads to from the cell of a padded index.
+    pub fn index_from(self, grid: &PlanningGrid, index: u32) -> u32 {
+        index.wrapping_add_signed(D_COL[self.direction()] + D_ROW[self.direction()] * grid.stride() as i32)
+    }
 }
 
 /// A set of moves, which iterates in their order.
@@ -57,6 +68,9 @@ impl Move {
 pub(in super::super) struct Moves(u8);
 
 impl Moves {
+    /// No move.
+    pub const NONE: Self = Self(0);
+
     /// The moves that the corner rule allows from a cell of the map, given by its padded index.
     pub fn allowed(grid: &PlanningGrid, index: u32, rule: CornerRule) -> Self {
         Self(rule.allows(passable_around(grid, index)))
@@ -80,6 +94,26 @@ impl Moves {
                 Self(allowed & !rule.detours(passable.rotate_right(turn), arrived_by).rotate_left(turn))
             }
             _ => Self(allowed),
+        }
+    }
+
+    /// The natural and forced neighbours of jump point search: of [`Self::worthwhile`] also without moves to cells
+    /// that another way from the node before reaches at less cost, or at the same cost with a straight last step.
+    ///
+    /// Every node is still reached at its smallest cost, whichever of several best connections it holds. Look at
+    /// the last step of a best path to n, from x. If it is straight it is never left out, for that takes a
+    /// cheaper way to n. If it is diagonal and left out, there is a best path to n whose last step is straight.
+    /// (By induction over the cost: x has got its own already.) The step is E to x from p, then NE to n: the
+    /// other way is p, x's N, n, unless the corner rule forbids the diagonal step from p.
+    pub fn natural_and_forced(grid: &PlanningGrid, index: u32, rule: CornerRule, arrived_by: Option<Move>) -> Self {
+        let worthwhile = Self::worthwhile(grid, index, rule, arrived_by);
+        match arrived_by {
+            Some(arrived_by) if !grid.has_escape_zone() => {
+                let turn = u32::from(arrived_by.0 & !1);
+                let passable = passable_around(grid, index).rotate_right(turn);
+                Self(worthwhile.0 & !rule.symmetric(passable, arrived_by).rotate_left(turn))
+            }
+            _ => worthwhile,
         }
     }
 }
@@ -115,10 +149,6 @@ impl CornerRule {
     /// Moves from a node reached by E (or by NE, where `arrived_by` is diagonal) to cells that the node
     /// before has led to, given which neighbours are passable.
     fn detours(self, passable: u8, arrived_by: Move) -> u8 {
-        const NW: u8 = 1 << 3;
-        const W: u8 = 1 << 4;
-        const SW: u8 = 1 << 5;
-        const S: u8 = 1 << 6;
         if arrived_by.is_diagonal() {
             return W | SW | S;
         }
@@ -128,6 +158,20 @@ impl CornerRule {
             Self::OneFree | Self::Allow => S | S >> 4,
         };
         NW | W | SW | by_diagonal
+    }
+
+    /// Moves from a node reached by E (or by NE, where `arrived_by` is diagonal) to cells that two other steps from
+    /// the node before lead to as well, the second of them straight, at no larger cost.
+    fn symmetric(self, passable: u8, arrived_by: Move) -> u8 {
+        if arrived_by.is_diagonal() {
+            // NW by way of W and SE by way of S, two straight steps each.
+            return (passable & W) >> 1 | (passable & S) << 1;
+        }
+        // NE by way of N and SE by way of S, a diagonal step first, which passes NW or SW and the node itself.
+        match self {
+            Self::Forbid => (passable & NW) >> 2 | (passable & SW) << 2,
+            Self::OneFree | Self::Allow => (passable & N) >> 1 | (passable & S) << 1,
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The planners that share the core, against a slow shortest-path computation of their own.
 
 use super::*;
-use crate::plan::global::{GlobalChoice, GlobalPlanner, a_star, dijkstra};
+use crate::plan::global::{GlobalChoice, GlobalPlanner, a_star, dijkstra, improved_dijkstra, lpa_star};
 use crate::plan::grid::tests::{drawn, random_cell, random_map, stream, uninflated};
 use crate::plan::{ESCAPE_FACTOR, Passability};
 use crate::rng::Stream;
@@ -132,6 +132,15 @@ fn paths_are_valid_and_as_short_as_bellman_ford_says() {
                 assert!(search.expanded <= reference.expanded, "{heuristic:?} {search:?} {reference:?}");
                 assert!(search.generated >= search.expanded);
             }
+            let without_symmetry = GlobalChoice::improved_dijkstra(improved_dijkstra::Params { corner_rule: rule });
+            let (search, path) = plan(&without_symmetry, &grid, start, goal);
+            assert_eq!(search.result, expected);
+            assert_eq!(expected.ok().map(|()| checked_cost(&grid, &path, start, goal, rule)), cost, "exactly");
+            assert_eq!(search.expanded, reference.expanded, "the nodes nearer than the goal, and no other");
+            let lifelong = GlobalChoice::lpa_star(lpa_star::Params { corner_rule: rule });
+            let (search, path) = plan(&lifelong, &grid, start, goal);
+            assert_eq!(search.result, expected);
+            assert_eq!(expected.ok().map(|()| checked_cost(&grid, &path, start, goal, rule)), cost, "exactly");
             let (search, path) = plan(&a_star(Heuristic::Manhattan, rule), &grid, start, goal);
             assert_eq!(search.result, expected);
             if let Some(cost) = cost {

@@ -30,7 +30,7 @@ mod tests;
 pub use sampling::{SAMPLES_MAX, Spacing, Window};
 pub use score::{Score, Scoring};
 
-use super::turn_on_the_spot;
+use super::{Decision, Mode, turn_on_the_spot};
 use crate::geometry::{Pose, Twist, Vec2, direction};
 use crate::math;
 use crate::observation::Observation;
@@ -312,6 +312,17 @@ impl DynamicWindow {
             BrakingTurn::Arc => (omega * v).abs() <= 2.0 * around * robot.yaw_acceleration_radps2,
         };
         v * v <= 2.0 * ahead * robot.deceleration_mps2 && turns_in_time
+    }
+
+    /// The decision for the `best` rollout of this tick, or, where none is admissible, what [`Self::recover`] advises on
+    /// the way to `target`.
+    pub fn decide(&mut self, best: Option<usize>, observation: &Observation<'_>, target: Vec2) -> Decision {
+        let rollouts = self.rollouts.len() as u64;
+        if let Some(best) = best {
+            return Decision { command: self.rollouts.twist(best), mode: Mode::Track, rollouts };
+        }
+        let recovery = self.recover(observation, target);
+        Decision { command: recovery.command, mode: Mode::Recover, rollouts: rollouts + recovery.rollouts }
     }
 
     /// What to drive when no rollout is admissible: brake as hard as the drive can, then turn to `target` on the spot.
