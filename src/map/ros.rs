@@ -25,8 +25,8 @@
 //! A cell is an obstacle at occupancy 100 and free below, as Nav2's static layer has it by default
 //! (`lethal_cost_threshold` 100, `trinary_costmap`); unknown cells are what `unknown` says.
 //!
-//! Source: ros-navigation/navigation2, `nav2_map_server/src/map_io.cpp`. Its ≥ and ≤ were > and < in
-//! versions before 2025 and in ROS 1, which also took the opacity into the mean of `trinary`. No pixel of 8
+//! Source: ros-navigation/navigation2, `nav2_map_server/src/map_io.cpp`. Its ≥ and ≤ were > and < in earlier
+//! versions and in ROS 1, which also took the opacity into the mean of `trinary`. No pixel of 8
 //! bits meets a usual threshold exactly (0.65 · 255 = 165.75, 0.25 · 255 = 63.75, 0.196 · 255 = 49.98).
 
 use super::{Frame, MapError, OccupancyGrid, SIDE_MAX};
