@@ -43,6 +43,16 @@ fn the_tables_of_the_readme_are_those_of_the_code() {
     }
 }
 
+#[test]
+fn the_scenario_that_the_readme_shows_is_valid() {
+    let text = fs::read_to_string(root().join("README.md")).unwrap();
+    let yaml = text.split("```yaml\n").nth(1).unwrap().split("```").next().unwrap();
+    let file = simrun::scenario::ScenarioFile::from_text("readme.yaml", yaml);
+    let scenario = file.read(&[]).unwrap_or_else(|error| panic!("{error}"));
+    file.check(&scenario, &[]).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(scenario.stacks().len(), 8);
+}
+
 /// Every text between back quotes, or behind `](`, that looks like a path of this repository.
 fn named_paths(text: &str) -> Vec<String> {
     let starts = ["src/", "tests/", "scenarios/", "scripts/", "docs/", "benches/", "examples/", "results/reference"];

@@ -115,7 +115,7 @@ impl JsonSchema for MapSeed {
     }
 }
 
-/// Maps drawn before giving up. At the papers' densities one in ten is rejected (pilot.md).
+/// Maps drawn before giving up. At the papers' densities one in ten is rejected.
 const TRIES_MAX: u32 = 100;
 
 /// Longest side of a block, cells (systems.md §8.2).

@@ -27,7 +27,7 @@ pub(super) const ESCAPE: u8 = 0b010;
 /// Mark of a cell that [`PlanningGrid::open_around`] is about to open; not passable, never left behind.
 const OPENING: u8 = 0b100;
 
-/// How many times a step from or to a cell of an escape zone costs its plain cost (`design.md` §4).
+/// How many times a step from or to a cell of an escape zone costs its plain cost.
 pub const ESCAPE_FACTOR: u32 = 10;
 
 /// Points are rounded to this fraction of a cell before their sight is computed in integers.

@@ -892,4 +892,31 @@ moving:
         // The lane leaves 0.5 m to both sides: too little for 0.8 m of inflation, enough for the robot.
         assert!(Scene::generate(&spec, &map, &Robot::default(), 0.8, seed(0)).is_ok());
     }
+
+    #[test]
+    fn movers_of_an_aisle_set_out_along_it() {
+        // An aisle along x below, one along y on the right: each two cells wide and longer than wide.
+        let rows = ["########..", "########..", "########..", "########..", "..........", ".........."];
+        let map = Arc::new(StaticMap::new(OccupancyGrid::from_ascii(&rows, 1.0)));
+        let spec = spec(
+            "[0.5, 0.5]",
+            "[1.5, 0.5]",
+            "{moving: [random: {count: 4, heading: along_aisle, keep_from_start_m: 0}]}",
+        );
+        let (mut along_x, mut along_y) = (0, 0);
+        for episode in 0..200 {
+            for mover in Scene::generate(&spec, &map, &Robot::default(), 0.25, seed(episode)).unwrap().movers {
+                let (x, v) = (mover.position.x, mover.velocity);
+                assert!(v.x == 0.0 || v.y == 0.0, "{v:?}");
+                if x < 8.0 {
+                    assert!(v.x != 0.0, "{mover:?}");
+                    along_x += i32::from(v.x > 0.0);
+                } else if mover.position.y > 2.0 {
+                    assert!(v.y != 0.0, "{mover:?}");
+                    along_y += i32::from(v.y > 0.0);
+                }
+            }
+        }
+        assert!(along_x > 50 && along_y > 50, "either way: {along_x} {along_y}");
+    }
 }

@@ -20,7 +20,7 @@
 //! The window, the rollouts and V_a are those of [`window`](super::window), the normalisation and the ties those of
 //! [`Scoring`](super::window::Scoring).
 //!
-//! Departures and choices (ids of the reading notes):
+//! Departures and choices (ids of `systems.md`):
 //! - Movers stand where they are seen (`predict_dynamic: false`), as in plain DWA; G-A12 turns prediction on.
 //! - The heading is taken at the end of the horizon, as the papers print it; Fox et al. take it where the robot
 //!   would stop if it braked after the next tick (`heading_at: stop`). At the horizon's end it also slows the

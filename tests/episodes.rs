@@ -1,0 +1,191 @@
+//! How episodes end, with planners written outside the crate.
+
+#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+use simrun::episode::{DT_S, Outcome, Runner, TerminationSpec};
+use simrun::geometry::{Pose, Twist, Vec2};
+use simrun::map::OccupancyGrid;
+use simrun::observation::Observation;
+use simrun::plan::global::GlobalChoice;
+use simrun::plan::local::{Decision, Guidance, LocalChoice, LocalPlanner, Mode};
+use simrun::plan::stack::{PlanningSpec, Replan, Stack, SubGoals};
+use simrun::robot::Robot;
+use simrun::world::{ObstacleKind, Scene, SensingSpec, Shape, StaticMap, UnknownStatic};
+use std::sync::Arc;
+
+/// Does what a closure says.
+struct Scripted<F>(F);
+
+impl<F: FnMut(&Observation<'_>, &Guidance<'_>) -> Twist + Send> LocalPlanner for Scripted<F> {
+    fn decide(&mut self, observation: &Observation<'_>, guidance: &Guidance<'_>) -> Decision {
+        Decision { command: (self.0)(observation, guidance), mode: Mode::Track, rollouts: 0 }
+    }
+}
+
+fn hall(lines: &[&str]) -> Arc<StaticMap> {
+    Arc::new(StaticMap::new(OccupancyGrid::from_ascii(lines, 1.0)))
+}
+
+fn scripted(local: impl FnMut(&Observation<'_>, &Guidance<'_>) -> Twist + Send + 'static) -> Stack {
+    Stack::new(Some(GlobalChoice::by_name("a_star").unwrap().build()), Vec::new(), Box::new(Scripted(local)))
+}
+
+fn run(scene: &Scene, stack: &mut Stack, termination: &TerminationSpec) -> (Outcome, Runner) {
+    let mut runner = Runner::default();
+    let outcome = runner.run(scene, &Robot::default(), &SensingSpec::default(), termination, stack);
+    (outcome, runner)
+}
+
+const OPEN: [&str; 5] = ["..........", "..........", "..........", "..........", ".........."];
+
+fn open_scene() -> Scene {
+    Scene::new(&hall(&OPEN), Pose::new(1.5, 2.5, 0.0), Vec2::new(8.5, 2.5))
+}
+
+const STRAIGHT: Twist = Twist { v: 1.0, omega: 0.0 };
+
+#[test]
+fn a_straight_drive_takes_the_time_of_the_closed_form() {
+    let scene = Scene::new(&hall(&OPEN), Pose::new(1.5, 2.5, 0.0), Vec2::new(8.45, 2.5));
+    let (outcome, runner) = run(&scene, &mut scripted(|_, _| STRAIGHT), &TerminationSpec::default());
+    assert_eq!(outcome, Outcome::Success);
+    // Tick k ≤ 20 drives 0.05 k · 0.1 m, so 1.05 m after 20 ticks, then 0.1 m a tick. The goal is 6.95 m away and
+    // counts from 0.25 m: (6.7 − 1.05) / 0.1 = 56.5, so 57 more ticks.
+    let last = runner.record.trace.ticks.last().unwrap();
+    assert_eq!(last.tick, 77);
+    assert!((last.pose.position.x - (1.5 + 1.05 + 5.7)).abs() < 1e-9, "{:?}", last.pose);
+    assert_eq!(runner.record.trace.ticks.len(), 78, "one row per tick and the initial state");
+}
+
+#[test]
+fn a_wall_is_a_collision_with_the_known_map_while_moving() {
+    let walled = hall(&["......#...", "......#...", "......#...", "......#...", ".........."]);
+    let scene = Scene::new(&walled, Pose::new(1.5, 2.5, 0.0), Vec2::new(8.5, 2.5));
+    let (outcome, runner) = run(&scene, &mut scripted(|_, _| STRAIGHT), &TerminationSpec::default());
+    assert_eq!(outcome, Outcome::Collision { with: ObstacleKind::KnownStatic, at_rest: false });
+    // The disc of 0.25 m touches the wall at x = 6 with its centre at 5.75.
+    let x = runner.record.trace.ticks.last().unwrap().pose.position.x;
+    assert!((x - 5.75).abs() < 1e-3, "{x}");
+}
+
+#[test]
+fn the_edge_of_the_map_is_a_boundary() {
+    let scene = Scene::new(&hall(&OPEN), Pose::new(1.5, 2.5, std::f64::consts::PI), Vec2::new(8.5, 2.5));
+    let (outcome, _) = run(&scene, &mut scripted(|_, _| STRAIGHT), &TerminationSpec::default());
+    assert_eq!(outcome, Outcome::Collision { with: ObstacleKind::Boundary, at_rest: false });
+}
+
+#[test]
+fn a_planner_that_stands_is_stuck_after_half_a_minute() {
+    let (outcome, runner) = run(&open_scene(), &mut scripted(|_, _| Twist::ZERO), &TerminationSpec::default());
+    assert_eq!(outcome, Outcome::Stuck);
+    assert_eq!(f64::from(runner.record.trace.ticks.last().unwrap().tick) * DT_S, 30.0);
+}
+
+#[test]
+fn a_planner_that_circles_times_out() {
+    let termination =
+        TerminationSpec { timeout_factor: simrun::quantity::Positive::new(2.0), ..TerminationSpec::default() };
+    let (outcome, runner) = run(&open_scene(), &mut scripted(|_, _| Twist { v: 0.8, omega: 1.0 }), &termination);
+    assert_eq!(outcome, Outcome::Timeout);
+    // 2 × 7 m at 1 m/s.
+    assert_eq!(runner.record.trace.ticks.last().unwrap().tick, 140);
+}
+
+#[test]
+fn a_planner_that_panics_is_an_outcome_with_its_words() {
+    let mut stack = scripted(|observation, _| {
+        assert!(observation.tick < 5, "lost at tick {}", observation.tick);
+        STRAIGHT
+    });
+    let (outcome, runner) = run(&open_scene(), &mut stack, &TerminationSpec::default());
+    assert_eq!(outcome, Outcome::PlannerError { message: "lost at tick 5".to_owned() });
+    assert_eq!(runner.record.trace.ticks.last().unwrap().tick, 5, "what happened before is kept");
+}
+
+#[test]
+fn a_command_that_is_not_a_number_is_a_planner_error() {
+    let mut stack = scripted(|_, _| Twist { v: f64::NAN, omega: 0.0 });
+    let (outcome, _) = run(&open_scene(), &mut stack, &TerminationSpec::default());
+    assert!(matches!(&outcome, Outcome::PlannerError { message } if message.contains("not finite")), "{outcome:?}");
+}
+
+#[test]
+fn a_goal_that_cannot_be_reached_is_no_path() {
+    let closed = hall(&["....#.....", "....#.....", "....#.....", "....#.....", "....#....."]);
+    let scene = Scene::new(&closed, Pose::new(1.5, 2.5, 0.0), Vec2::new(8.5, 2.5));
+    let (outcome, _) = run(&scene, &mut scripted(|_, _| STRAIGHT), &TerminationSpec::default());
+    assert_eq!(outcome, Outcome::NoPath { message: "no path exists".to_owned() });
+}
+
+/// A corridor that forks around a block; a pallet that is not on the map closes the upper way.
+fn forked_scene() -> Scene {
+    let map = hall(&["............", "...######...", "...######...", "...######...", "............", "............"]);
+    let mut scene = Scene::new(&map, Pose::new(1.5, 5.5, 0.0), Vec2::new(10.5, 5.5));
+    let half_m = Vec2::new(0.5, 0.45);
+    scene.unknown_static.push(UnknownStatic::new(Pose::new(7.5, 5.5, 0.0), Shape::Rectangle { half_m }));
+    scene
+}
+
+fn tracking(replan: Replan) -> Stack {
+    let (global, local) = (GlobalChoice::by_name("a_star").unwrap(), LocalChoice::by_name("pure_pursuit").unwrap());
+    let planning: PlanningSpec =
+        PlanningSpec { sub_goals: SubGoals::by_name("key_nodes").unwrap(), ..Default::default() };
+    Stack::new(Some(global.build()), Vec::new(), local.build()).with_planning(&planning).with_replan(replan)
+}
+
+#[test]
+fn without_replanning_the_unknown_obstacle_is_hit_and_with_it_the_robot_goes_round() {
+    let (outcome, runner) = run(&forked_scene(), &mut tracking(Replan::default()), &TerminationSpec::default());
+    assert_eq!(outcome, Outcome::Collision { with: ObstacleKind::UnknownStatic, at_rest: false });
+    assert_eq!(runner.record.trace.replans, 0);
+
+    let (outcome, runner) =
+        run(&forked_scene(), &mut tracking(Replan::by_name("when_blocked").unwrap()), &TerminationSpec::default());
+    assert_eq!(outcome, Outcome::Success);
+    let trace = &runner.record.trace;
+    assert_eq!((trace.replans, trace.paths.len()), (1, 2));
+    // The second plan came into force when the pallet, whose near face is at x = 7, was 5 m away.
+    let seen_at = trace.ticks[trace.paths[1].tick as usize].pose.position.x;
+    assert!((1.9..=2.1).contains(&seen_at), "{seen_at}");
+}
+
+#[test]
+fn a_fixed_period_plans_again_and_again() {
+    let every: Replan =
+        Replan::every(simrun::plan::stack::every::Params { period_s: simrun::quantity::Positive::new(2.0) });
+    let (outcome, runner) = run(&open_scene(), &mut tracking(every), &TerminationSpec::default());
+    assert_eq!(outcome, Outcome::Success);
+    let ticks: Vec<u32> = runner.record.trace.paths.iter().map(|planned| planned.tick).collect();
+    assert!(ticks.iter().enumerate().all(|(index, tick)| *tick == 20 * index as u32), "{ticks:?}");
+}
+
+#[test]
+fn a_sub_goal_is_never_out_of_sight_unless_it_is_near() {
+    let map = hall(&["............", "............", "......#.....", "......#.....", "......#.....", "......#....."]);
+    let scene = Scene::new(&map, Pose::new(1.5, 1.5, 0.0), Vec2::new(10.5, 1.5));
+    let mut stack = Stack::new(
+        Some(GlobalChoice::by_name("a_star").unwrap().build()),
+        Vec::new(),
+        LocalChoice::by_name("pure_pursuit").unwrap().build(),
+    );
+    let (outcome, runner) = run(&scene, &mut stack, &TerminationSpec::default());
+    assert_eq!(outcome, Outcome::Success);
+    for tick in &runner.record.trace.ticks {
+        let (a, b) = (tick.pose.position, tick.sub_goal);
+        let is_near = (b - a).norm() < 1.5 + 0.3;
+        // The wall is x 6 to 7, y 0 to 4: a segment that crosses the plane x = 6.5 below y = 4 goes through it.
+        let crosses = (a.x < 6.5) != (b.x < 6.5) && a.y + (b.y - a.y) * (6.5 - a.x) / (b.x - a.x) < 4.0;
+        assert!(is_near || !crosses, "at {a:?} the sub-goal {b:?} is behind the wall");
+    }
+}
+
+#[test]
+fn what_a_stack_did_before_does_not_matter() {
+    let mut used = tracking(Replan::by_name("when_blocked").unwrap());
+    run(&open_scene(), &mut used, &TerminationSpec::default());
+    let (_, second) = run(&forked_scene(), &mut used, &TerminationSpec::default());
+    let (_, fresh) =
+        run(&forked_scene(), &mut tracking(Replan::by_name("when_blocked").unwrap()), &TerminationSpec::default());
+    assert_eq!(simrun::trace::digest(&second.record.trace), simrun::trace::digest(&fresh.record.trace));
+}
