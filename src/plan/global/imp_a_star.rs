@@ -192,9 +192,9 @@ fn obstacle_ratio(grid: &PlanningGrid) -> f64 {
     (all - grid.passable_count() as f64) / all
 }
 
-/// From the centre of one cell to that of another, in cells.
+/// From the centre of one cell to that of another, in cells; for any cells, also those outside.
 fn between(a: Cell, b: Cell) -> Vec2 {
-    Vec2::new(f64::from(b.col - a.col), f64::from(b.row - a.row))
+    Vec2::new(f64::from(b.col) - f64::from(a.col), f64::from(b.row) - f64::from(a.row))
 }
 
 #[cfg(test)]
