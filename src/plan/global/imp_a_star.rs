@@ -192,9 +192,9 @@ fn obstacle_ratio(grid: &PlanningGrid) -> f64 {
     (all - grid.passable_count() as f64) / all
 }
 
-/// From the centre of one cell to that of another, in cells.
+/// From the centre of one cell to that of another, in cells; for any cells, also those outside.
 fn between(a: Cell, b: Cell) -> Vec2 {
-    Vec2::new(f64::from(b.col - a.col), f64::from(b.row - a.row))
+    Vec2::new(f64::from(b.col) - f64::from(a.col), f64::from(b.row) - f64::from(a.row))
 }
 
 #[cfg(test)]
@@ -248,12 +248,12 @@ mod tests {
 
     #[test]
     fn the_clamp_acts_only_beyond_the_distance_from_start_to_goal() {
-        // Goal (1, 0), d2 = 1. From (0, 0) to (0, 1): d1 = √2; exp(1.414214) = 4.113250, exp(1) = 2.718282.
+        // Goal (1, 0), d2 = 1. From (0, 0) to (0, 1): d1 = √2; w + 0.019605 is exp(√2) = 4.113250, or e.
         let (goal, north) = (Cell { col: 1, row: 0 }, Cell { col: 0, row: 1 });
         let printed = Params { direction_term: DirectionTerm::Off, ..Params::default() };
         let clamped = Params { w_clamp: true, ..printed.clone() };
-        assert!(close(f(&printed, goal, &[ORIGIN], north), 1.0 + (4.113_250 - 0.019_605) * 1.414_214));
-        assert!(close(f(&clamped, goal, &[ORIGIN], north), 1.0 + (2.718_282 - 0.019_605) * 1.414_214));
+        assert!(close(f(&printed, goal, &[ORIGIN], north), 1.0 + (4.113_250 - 0.019_605) * math::SQRT_2));
+        assert!(close(f(&clamped, goal, &[ORIGIN], north), 1.0 + (core::f64::consts::E - 0.019_605) * math::SQRT_2));
         let east = Cell { col: 1, row: 1 };
         assert_eq!(f(&printed, goal, &[ORIGIN, north], east), f(&clamped, goal, &[ORIGIN, north], east));
     }
