@@ -209,11 +209,11 @@ mod tests {
     }
 
     #[test]
-    fn every_option_of_dwa_is_an_option_here_with_the_same_default_but_prediction() {
+    fn every_option_of_dwa_is_an_option_here_with_the_same_default_but_prediction_and_the_papers_weights() {
         let of = |value: serde_json::Value| value.as_object().expect("a struct").clone();
         let ours = of(serde_json::to_value(Params::default()).unwrap());
         for (key, theirs) in of(serde_json::to_value(dwa::Params::default()).unwrap()) {
-            let differs = ["predict_dynamic", "velocity_weight"].contains(&key.as_str());
+            let differs = ["predict_dynamic", "velocity_weight", "heading_weight"].contains(&key.as_str());
             assert_eq!(ours.get(&key) == Some(&theirs), !differs, "{key}");
         }
     }
