@@ -28,7 +28,7 @@ impl LocalPlanner for TurnAndDrive {
         let bearing = observation.pose.bearing_to(guidance.sub_goal);
         let alignment = if bearing.abs() < 1.0 { 1.0 - bearing.abs() } else { 0.0 };
         let command = Twist { v: observation.robot.speed_max_mps * alignment, omega: self.gain * bearing };
-        Decision { command, mode: Mode::Track, rollouts: 0 }
+        Decision::track(command)
     }
 }
 

@@ -1,7 +1,7 @@
 //! One episode: the tick loop. The only place where planners and the world meet.
 
 use crate::clock::Stopwatch;
-use crate::geometry::{Pose, Twist};
+use crate::geometry::Pose;
 use crate::observation::{Belief, Observation, SensedObstacle};
 use crate::plan::local::{Decision, Mode};
 use crate::plan::stack::Stack;
@@ -272,8 +272,7 @@ impl Record {
 
     /// The row before the first tick.
     fn push_start(&mut self, world: &World<'_>, stack: &Stack, sensed: usize) {
-        let decision = Decision { command: Twist::ZERO, mode: Mode::Track, rollouts: 0 };
-        self.push(world, stack, 0, world.pose(), decision, world.clearance_m(), sensed);
+        self.push(world, stack, 0, world.pose(), Decision::STAND, world.clearance_m(), sensed);
     }
 
     #[expect(clippy::too_many_arguments, reason = "a row of the trace, from all who know of it")]

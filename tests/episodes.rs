@@ -7,8 +7,9 @@ use simrun::geometry::{Pose, Twist, Vec2};
 use simrun::map::OccupancyGrid;
 use simrun::observation::Observation;
 use simrun::plan::global::GlobalChoice;
-use simrun::plan::local::{Decision, Guidance, LocalChoice, LocalPlanner, Mode};
-use simrun::plan::stack::{PlanningSpec, Replan, Stack, SubGoals};
+use simrun::plan::local::{Decision, Guidance, LocalChoice, LocalPlanner};
+use simrun::plan::stack::{ComputeSpec, PlanningSpec, Replan, Stack, SubGoals};
+use simrun::quantity::NonNegative;
 use simrun::robot::Robot;
 use simrun::world::{ObstacleKind, Scene, SensingSpec, Shape, StaticMap, UnknownStatic};
 use std::sync::Arc;
@@ -18,7 +19,7 @@ struct Scripted<F>(F);
 
 impl<F: FnMut(&Observation<'_>, &Guidance<'_>) -> Twist + Send> LocalPlanner for Scripted<F> {
     fn decide(&mut self, observation: &Observation<'_>, guidance: &Guidance<'_>) -> Decision {
-        Decision { command: (self.0)(observation, guidance), mode: Mode::Track, rollouts: 0 }
+        Decision::track((self.0)(observation, guidance))
     }
 }
 
@@ -178,6 +179,51 @@ fn a_sub_goal_is_never_out_of_sight_unless_it_is_near() {
         let crosses = (a.x < 6.5) != (b.x < 6.5) && a.y + (b.y - a.y) * (6.5 - a.x) / (b.x - a.x) < 4.0;
         assert!(is_near || !crosses, "at {a:?} the sub-goal {b:?} is behind the wall");
     }
+}
+
+/// The planning settings with a price on computing, in simulated seconds.
+fn charged(per_expansion_s: f64, per_rollout_point_s: f64) -> PlanningSpec {
+    let (expansion, point) = (NonNegative::new(per_expansion_s), NonNegative::new(per_rollout_point_s));
+    let compute = ComputeSpec { per_expansion_s: expansion, per_rollout_point_s: point };
+    PlanningSpec { compute, ..PlanningSpec::default() }
+}
+
+#[test]
+fn a_path_that_takes_time_to_plan_delays_the_drive_by_that_time() {
+    let scene = Scene::new(&hall(&OPEN), Pose::new(1.5, 2.5, 0.0), Vec2::new(8.45, 2.5));
+    let (_, free) = run(&scene, &mut scripted(|_, _| STRAIGHT), &TerminationSpec::default());
+    let expanded = free.record.trace.expanded;
+    assert_eq!(expanded, 7, "a straight lane: every cell but the goal's");
+    let mut stack = scripted(|_, _| STRAIGHT).with_planning(&charged(0.15, 0.0));
+    let (outcome, late) = run(&scene, &mut stack, &TerminationSpec::default());
+    assert_eq!(outcome, Outcome::Success);
+    // 7 × 0.15 s = 1.05 s: in force at tick 11.
+    assert_eq!((late.record.trace.paths[0].tick, late.record.trace.expanded), (11, expanded));
+    let (free, late) = (&free.record.trace.ticks, &late.record.trace.ticks);
+    assert_eq!(late.len(), free.len() + 11);
+    assert!(late[..=11].iter().all(|tick| tick.pose == scene.start && tick.command == Twist::ZERO));
+    assert!(free.iter().zip(&late[11..]).all(|(free, late)| free.pose == late.pose && free.twist == late.twist));
+}
+
+#[test]
+fn a_command_that_takes_time_to_compute_comes_late_and_the_last_one_stays_in_force() {
+    struct Slow;
+    impl LocalPlanner for Slow {
+        fn decide(&mut self, observation: &Observation<'_>, _: &Guidance<'_>) -> Decision {
+            let command = Twist { v: 0.01 * f64::from(observation.tick + 1), omega: 0.0 };
+            Decision { rollouts: 5, rollout_points: 250, ..Decision::track(command) }
+        }
+    }
+    let mut stack = Stack::new(None, Vec::new(), Box::new(Slow)).with_planning(&charged(0.0, 1e-3));
+    let (_, runner) = run(&open_scene(), &mut stack, &TerminationSpec::default());
+    // 250 points of a millisecond: asked at ticks 0, 3, 6, …, in force three ticks later, for three ticks.
+    for tick in &runner.record.trace.ticks[1..40] {
+        let asked = ((tick.tick - 1) / 3 * 3).checked_sub(3);
+        let expected = asked.map_or(0.0, |asked| 0.01 * f64::from(asked + 1));
+        assert_eq!(tick.command.v, expected, "tick {}", tick.tick);
+    }
+    let decided = u64::from(runner.record.trace.ticks.last().unwrap().tick).div_ceil(3);
+    assert_eq!(runner.record.trace.rollouts, 5 * decided);
 }
 
 #[test]

@@ -35,6 +35,50 @@ pub struct PlanningSpec {
     pub inflation_m: Option<NonNegative>,
     /// Which point of the path the local planner steers for; default `lookahead`.
     pub sub_goals: SubGoals,
+    /// When stacks plan again that do not say so themselves; default `never`.
+    pub replan: Replan,
+    /// Simulated time that planning takes; by default none.
+    pub compute: ComputeSpec,
+}
+
+/// Simulated time that planning takes, a model and never a clock: the same on every machine.
+///
+/// A request made at tick k that costs c seconds is answered at tick k + ⌈c / dt⌉, from what was observed at tick k. Until
+/// then the last path and the last command stay in force (at first there is none: the robot stands), and the layer that is
+/// busy is asked nothing new. What costs nothing is answered at once. Path stages are not charged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ComputeSpec {
+    /// Charged for each node that the global planner expands, s; default 0.
+    pub per_expansion_s: NonNegative,
+    /// Charged for each pose of each trajectory that the local planner simulates, s; default 0.
+    pub per_rollout_point_s: NonNegative,
+}
+
+impl Default for ComputeSpec {
+    fn default() -> Self {
+        Self { per_expansion_s: NonNegative::new(0.0), per_rollout_point_s: NonNegative::new(0.0) }
+    }
+}
+
+/// Whole ticks that `cost_s` seconds of planning take, rounded up.
+fn ticks_of(cost_s: f64, dt_s: f64) -> u32 {
+    // A cost that is a whole number of ticks but for rounding is that number.
+    (cost_s / dt_s - 1e-9).ceil().clamp(0.0, f64::from(u32::MAX)) as u32
+}
+
+/// An answer on its way.
+#[derive(Clone, Debug)]
+struct Pending<T> {
+    ready_tick: u32,
+    answer: T,
+}
+
+impl<T> Pending<T> {
+    /// The answer, if its time has come.
+    fn take(slot: &mut Option<Self>, tick: u32) -> Option<T> {
+        slot.take_if(|pending| pending.ready_tick <= tick).map(|pending| pending.answer)
+    }
 }
 
 /// What planned paths keep from obstacles beyond the robot's radius where a scenario does not say, m.
@@ -193,8 +237,8 @@ pub struct StackSpec {
     pub path: Vec<PathChoice>,
     /// The local planner.
     pub local: LocalChoice,
-    /// When to plan again.
-    pub replan: Replan,
+    /// When to plan again; what `planning.replan` says where absent.
+    pub replan: Option<Replan>,
 }
 
 impl StackSpec {
@@ -224,7 +268,7 @@ impl StackSpec {
             self.local.build(),
         )
         .with_planning(planning)
-        .with_replan(self.replan.clone())
+        .with_replan(self.replan.as_ref().unwrap_or(&planning.replan).clone())
     }
 }
 
@@ -249,6 +293,12 @@ pub struct Stack {
     grid: PlanningGrid,
     cells: Vec<Cell>,
     route: Route,
+    /// The path that is being planned.
+    coming_path: Option<Pending<Path>>,
+    /// The decision that is being made.
+    coming_decision: Option<Pending<Decision>>,
+    /// The last decision that came into force.
+    decision: Decision,
     effort: Effort,
     anchor: Anchor,
     checked_revision: u64,
@@ -278,6 +328,9 @@ impl Stack {
             grid: PlanningGrid::default(),
             cells: Vec::new(),
             route: Route::default(),
+            coming_path: None,
+            coming_decision: None,
+            decision: Decision::STAND,
             effort: Effort::default(),
             anchor: Anchor::default(),
             checked_revision: 0,
@@ -286,10 +339,11 @@ impl Stack {
         }
     }
 
-    /// The same stack with other planning settings.
+    /// The same stack with other planning settings, its replanning rule among them.
     #[must_use]
     pub fn with_planning(mut self, spec: &PlanningSpec) -> Self {
         self.planning = spec.clone();
+        self.replan = spec.replan.clone();
         self
     }
 
@@ -312,22 +366,49 @@ impl Stack {
         self.effort = Effort::default();
         self.global_s = 0.0;
         self.route = Route::default();
+        (self.coming_path, self.coming_decision, self.decision) = (None, None, Decision::STAND);
         self.anchor = Anchor { position: observation.pose.position, tick: observation.tick };
         self.plan(observation)
     }
 
-    /// The command for this tick; may plan a new path first.
+    /// The command for this tick; may plan a new path first. Where planning takes simulated time
+    /// ([`ComputeSpec`]) it is the last command that was ready, and counts as one decision only once.
     pub fn decide(&mut self, observation: &Observation<'_>) -> Decision {
+        let tick = observation.tick;
         self.anchor.follow(observation, &self.replan);
-        if self.global.is_some() && self.wants_new_path(observation) {
+        if let Some(path) = Pending::take(&mut self.coming_path, tick) {
+            self.route.set(path);
+            self.anchor = Anchor { position: observation.pose.position, tick };
+        }
+        if self.global.is_some() && self.coming_path.is_none() && self.wants_new_path(observation) {
             self.effort.replans += 1;
             // Where no path exists on the belief map the old one stays in force.
             let _ = self.plan(observation);
             self.anchor = Anchor { position: observation.pose.position, tick: observation.tick };
         }
+        if self.route.revision == 0 {
+            return Decision::STAND;
+        }
         let grid = self.global.is_some().then_some(&self.grid);
         self.route.advance(observation.pose.position, &self.planning.sub_goals, grid);
-        self.local.decide(observation, &self.route.guidance())
+
+        // What an answer counts it counts where it was asked for: the ticks that wait for it or repeat it count nothing.
+        let uncounted = |decision: Decision| Decision { rollouts: 0, rollout_points: 0, ..decision };
+        if let Some(ready) = Pending::take(&mut self.coming_decision, tick) {
+            self.decision = ready;
+        }
+        if self.coming_decision.is_some() {
+            return uncounted(self.decision);
+        }
+        let answer = self.local.decide(observation, &self.route.guidance());
+        let cost_s = answer.rollout_points as f64 * self.planning.compute.per_rollout_point_s.get();
+        let delay = ticks_of(cost_s, observation.dt_s);
+        if delay == 0 {
+            self.decision = uncounted(answer);
+            return answer;
+        }
+        self.coming_decision = Some(Pending { ready_tick: tick + delay, answer: uncounted(answer) });
+        Decision { rollouts: answer.rollouts, rollout_points: answer.rollout_points, ..self.decision }
     }
 
     /// The path in force.
@@ -418,7 +499,11 @@ impl Stack {
         for stage in &mut self.stages {
             path = stage.apply(&self.grid, &path);
         }
-        self.route.set(path);
+        let cost_s = expanded as f64 * self.planning.compute.per_expansion_s.get();
+        match ticks_of(cost_s, observation.dt_s) {
+            0 => self.route.set(path),
+            delay => self.coming_path = Some(Pending { ready_tick: observation.tick + delay, answer: path }),
+        }
         Ok(())
     }
 }

@@ -32,9 +32,9 @@ pub struct Product {
     pub path: Vec<Vec<PathChoice>>,
     /// Local planners.
     pub local: Vec<LocalChoice>,
-    /// When to plan again; by default never.
-    #[serde(default)]
-    pub replan: Replan,
+    /// When to plan again; by default what `planning.replan` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub replan: Option<Replan>,
 }
 
 fn untreated() -> Vec<Vec<PathChoice>> {
@@ -55,9 +55,9 @@ pub struct Listed {
     pub path: Vec<PathChoice>,
     /// The local planner.
     pub local: LocalChoice,
-    /// When to plan again; by default never.
-    #[serde(default)]
-    pub replan: Replan,
+    /// When to plan again; by default what `planning.replan` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub replan: Option<Replan>,
 }
 
 impl Stacks {
@@ -82,7 +82,13 @@ impl Stacks {
     }
 }
 
-fn spec(name: Option<&Name>, global: &Global, path: &[PathChoice], local: &LocalChoice, replan: &Replan) -> StackSpec {
+fn spec(
+    name: Option<&Name>,
+    global: &Global,
+    path: &[PathChoice],
+    local: &LocalChoice,
+    replan: &Option<Replan>,
+) -> StackSpec {
     let mut spec = StackSpec {
         name: String::new(),
         global: global.0.clone(),
@@ -232,7 +238,7 @@ mod tests {
         assert_eq!(names(text), ["dijkstra+dwa", "alone", "a_star+line_of_sight+dwa"]);
         let specs = serde_yaml::from_str::<Stacks>(text).unwrap().specs();
         assert_eq!(specs[1].global, None);
-        assert_eq!((specs[1].replan.name(), specs[2].replan.name()), ("every", "when_stuck"));
-        assert_eq!(specs[0].replan, Replan::default());
+        let replan = |k: usize| specs[k].replan.as_ref().map(Replan::name);
+        assert_eq!((replan(0), replan(1), replan(2)), (None, Some("every"), Some("when_stuck")));
     }
 }

@@ -85,6 +85,18 @@ pub struct Decision {
     pub mode: Mode,
     /// Candidate trajectories simulated for this decision.
     pub rollouts: u64,
+    /// Poses simulated in all of them: what a decision costs where a scenario charges for it.
+    pub rollout_points: u64,
+}
+
+impl Decision {
+    /// Standing still; nothing was simulated.
+    pub const STAND: Self = Self::track(Twist::ZERO);
+
+    /// `command`, chosen without simulating anything.
+    pub const fn track(command: Twist) -> Self {
+        Self { command, mode: Mode::Track, rollouts: 0, rollout_points: 0 }
+    }
 }
 
 /// Turns an observation and the guidance of a path into a command, once per tick.

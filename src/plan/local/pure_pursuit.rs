@@ -22,7 +22,7 @@
 //!
 //! Parameters: [`Params`].
 
-use super::{Decision, Entry, Guidance, LocalPlanner, Mode, turn_on_the_spot};
+use super::{Decision, Entry, Guidance, LocalPlanner, turn_on_the_spot};
 use crate::geometry::{Path, Pose, Twist, Vec2};
 use crate::math;
 use crate::observation::Observation;
@@ -80,7 +80,7 @@ impl LocalPlanner for Planner {
         } else {
             follow(curvature(pose, point), left_m, twist, robot, dt_s)
         };
-        Decision { command, mode: Mode::Track, rollouts: 0 }
+        Decision::track(command)
     }
 }
 

@@ -221,6 +221,8 @@ pub struct Recovery {
     pub command: Twist,
     /// Braking trajectories simulated for it.
     pub rollouts: u64,
+    /// Poses simulated in all of them.
+    pub rollout_points: u64,
 }
 
 /// Samples, simulates and judges the twists within reach. Keeps its memory from tick to tick, and nothing else
@@ -317,12 +319,23 @@ impl DynamicWindow {
     /// The decision for the `best` rollout of this tick, or, where none is admissible, what [`Self::recover`] advises on
     /// the way to `target`.
     pub fn decide(&mut self, best: Option<usize>, observation: &Observation<'_>, target: Vec2) -> Decision {
-        let rollouts = self.rollouts.len() as u64;
+        let (rollouts, rollout_points) = self.simulated();
         if let Some(best) = best {
-            return Decision { command: self.rollouts.twist(best), mode: Mode::Track, rollouts };
+            return Decision { command: self.rollouts.twist(best), mode: Mode::Track, rollouts, rollout_points };
         }
         let recovery = self.recover(observation, target);
-        Decision { command: recovery.command, mode: Mode::Recover, rollouts: rollouts + recovery.rollouts }
+        Decision {
+            command: recovery.command,
+            mode: Mode::Recover,
+            rollouts: rollouts + recovery.rollouts,
+            rollout_points: rollout_points + recovery.rollout_points,
+        }
+    }
+
+    /// How many trajectories the rollouts are, and how many poses in all.
+    fn simulated(&self) -> (u64, u64) {
+        let rollouts = self.rollouts.len() as u64;
+        (rollouts, rollouts * self.profile.len() as u64)
     }
 
     /// What to drive when no rollout is admissible: brake as hard as the drive can, then turn to `target` on the spot.
@@ -345,7 +358,7 @@ impl DynamicWindow {
             }
         }
         if self.profile.is_empty() {
-            return Recovery { command: Twist { v: 0.0, omega: wanted }, rollouts: 0 };
+            return Recovery { command: Twist { v: 0.0, omega: wanted }, rollouts: 0, rollout_points: 0 };
         }
         let window = Window::reachable(robot, twist, dt_s);
         let wanted_now = math::clamp(wanted, window.omega_low, window.omega_high);
@@ -359,7 +372,8 @@ impl DynamicWindow {
         });
         let omega = best.map_or(wanted_now, |i| self.yaw_rates[i]);
         let v = if twist.v < 0.0 { -(speed - lost_per_tick) } else { speed - lost_per_tick };
-        Recovery { command: Twist { v, omega }, rollouts: self.rollouts.len() as u64 }
+        let (rollouts, rollout_points) = self.simulated();
+        Recovery { command: Twist { v, omega }, rollouts, rollout_points }
     }
 
     /// Control periods in the horizon: at least one.
