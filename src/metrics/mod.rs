@@ -10,6 +10,7 @@
 
 pub mod drive;
 pub mod encounter;
+pub mod failure;
 pub mod planned;
 pub mod shortest;
 
