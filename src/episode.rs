@@ -302,7 +302,10 @@ impl Record {
             sensed_movers: sensed as u32,
             seen_statics: world.seen_statics(),
         });
-        let states = world.movers().iter();
-        self.trace.movers.extend(states.map(|mover| MoverState { position: mover.position, velocity: mover.velocity }));
+        self.trace.movers.extend(world.movers().iter().map(|mover| MoverState {
+            position: mover.position,
+            velocity: mover.velocity,
+            present: mover.present,
+        }));
     }
 }

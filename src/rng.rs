@@ -64,7 +64,7 @@ impl EpisodeSeed {
 }
 
 /// A stream of random numbers with its own, fixed distributions.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Stream(ChaCha8Rng);
 
 impl Stream {

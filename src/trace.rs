@@ -43,6 +43,8 @@ pub struct MoverState {
     pub position: Vec2,
     /// Velocity, m/s.
     pub velocity: Vec2,
+    /// Whether it was there; else position and velocity say nothing.
+    pub present: bool,
 }
 
 /// A path that came into force.
@@ -113,9 +115,13 @@ pub fn digest(trace: &Trace) -> u64 {
         digest.tick(tick);
     }
     digest.count(trace.mover_count);
-    for &MoverState { position, velocity } in &trace.movers {
-        digest.point(position);
-        digest.point(velocity);
+    for &MoverState { position, velocity, present } in &trace.movers {
+        if present {
+            digest.point(position);
+            digest.point(velocity);
+        } else {
+            digest.text("absent");
+        }
     }
     digest.count(trace.paths.len());
     for PlannedPath { tick, path } in &trace.paths {
@@ -245,7 +251,7 @@ const COLUMNS: [&str; 19] = [
 ///
 /// Columns are `tick`, `time_s`, the true and the believed pose, the true twist and the commanded one, `mode`,
 /// the sub-goal, `clearance_m`, `sensed_movers`, `seen_statics`, `path_deviation_m`, then `mover{i}_x_m` and `mover{i}_y_m` for each
-/// mover in the scene's order. Poses and points are in the world frame, into which `frame` takes them. Numbers print as
+/// mover in the scene's order, empty while it is not there. Poses and points are in the world frame, into which `frame` takes them. Numbers print as
 /// the shortest text that reads back the same; what is undefined is empty.
 ///
 /// # Errors
@@ -278,7 +284,12 @@ pub fn write_csv(trace: &Trace, frame: &Frame, dt_s: f64, out: &mut impl io::Wri
             None => record.field("")?,
         }
         for mover in trace.movers_at(row) {
-            record.point(frame.point_to_world(mover.position))?;
+            if mover.present {
+                record.point(frame.point_to_world(mover.position))?;
+            } else {
+                record.field("")?;
+                record.field("")?;
+            }
         }
         record.writer.write_record(None::<&[u8]>)?;
     }
@@ -329,7 +340,7 @@ mod tests {
             seen_statics: 0,
         };
         let next = Tick { tick: 3, path_deviation_m: Some(1e-7), mode: Mode::Recover, ..tick };
-        let mover = |x: f64| MoverState { position: Vec2::new(x, 5.0), velocity: Vec2::new(1.0, 0.0) };
+        let mover = |x: f64| MoverState { position: Vec2::new(x, 5.0), velocity: Vec2::new(1.0, 0.0), present: true };
         let arc = Piece::Arc { to: Vec2::new(2.0, 3.0), centre: Vec2::new(1.0, 3.0), sweep: math::FRAC_PI_2 };
         let path = Path::new(Vec2::new(1.0, 2.0), vec![arc, Piece::Line { to: Vec2::new(2.0, 9.0) }]);
         Trace {

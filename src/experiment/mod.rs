@@ -14,7 +14,7 @@ use crate::robot::Robot;
 use crate::scenario::Scenario;
 use crate::trace::{self, Trace};
 use crate::world::spec::SceneSpec;
-use crate::world::{Infeasible, Scene, StaticMap};
+use crate::world::{Infeasible, Scene, SceneError, StaticMap};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -28,6 +28,17 @@ pub struct Experiment {
     robot: Robot,
     base_dir: PathBuf,
     fixed_map: Option<Arc<StaticMap>>,
+}
+
+/// Why an experiment cannot begin.
+#[derive(Debug, thiserror::Error)]
+pub enum PrepareError {
+    /// The fixed map cannot be had.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    /// Something that the scene needs cannot be had.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
 }
 
 /// Why a run ended before its work was done.
@@ -68,19 +79,15 @@ impl Experiment {
     /// Prepares a checked scenario; files are looked up relative to `base_dir`.
     ///
     /// # Errors
-    /// If a fixed map cannot be loaded.
-    pub fn new(scenario: Scenario, base_dir: &Path) -> Result<Self, MapError> {
+    /// If a fixed map or a recording cannot be loaded.
+    pub fn new(scenario: Scenario, base_dir: &Path) -> Result<Self, PrepareError> {
         let fixed_map = if scenario.map.is_fixed() {
             let seed = EpisodeSeed { seed: scenario.seed, episode: 0 };
             Some(Arc::new(StaticMap::new(scenario.map.load(base_dir, seed)?)))
         } else {
             None
         };
-        let scene_spec = SceneSpec {
-            start: scenario.start.clone(),
-            goal: scenario.goal.clone(),
-            obstacles: scenario.obstacles.clone(),
-        };
+        let scene_spec = scenario.scene_spec(base_dir)?;
         Ok(Self {
             stacks: scenario.stacks(),
             scene_spec,

@@ -24,8 +24,10 @@ pub fn encounters(scene: &Scene, radius_m: f64, trace: &Trace, encounter_m: f64)
     let reach_m = radius_m + encounter_m;
     let positions = || trace.ticks.iter().map(|tick| tick.pose.position);
     let movers = scene.movers.iter().enumerate().filter(|&(index, mover)| {
-        let met =
-            |(row, p): (usize, Vec2)| (trace.movers_at(row)[index].position - p).norm() - mover.radius_m <= reach_m;
+        let met = |(row, p): (usize, Vec2)| {
+            let state = trace.movers_at(row)[index];
+            state.present && (state.position - p).norm() - mover.radius_m <= reach_m
+        };
         positions().enumerate().any(met)
     });
     let statics = scene.unknown_static.iter().filter(|obstacle| {
@@ -49,7 +51,10 @@ pub fn ttc_min_s(scene: &Scene, radius_m: f64, trace: &Trace) -> Option<f64> {
     let mut horizon_s = TTC_HORIZON_S;
     for (row, tick) in trace.ticks.iter().enumerate() {
         for (state, mover) in trace.movers_at(row).iter().zip(&scene.movers) {
-            if let Some(time_s) = time_to_touch_s(tick.pose, tick.twist, state, radius_m + mover.radius_m, horizon_s) {
+            if state.present
+                && let Some(time_s) =
+                    time_to_touch_s(tick.pose, tick.twist, state, radius_m + mover.radius_m, horizon_s)
+            {
                 (least, horizon_s) = (Some(time_s), time_s);
             }
         }
@@ -111,8 +116,11 @@ mod tests {
     const STILL: Pose = Pose { position: Vec2::new(0.0, 0.0), theta: 0.0 };
 
     fn ttc(twist: Twist, position: (f64, f64), velocity: (f64, f64), reach_m: f64) -> Option<f64> {
-        let mover =
-            MoverState { position: Vec2::new(position.0, position.1), velocity: Vec2::new(velocity.0, velocity.1) };
+        let mover = MoverState {
+            position: Vec2::new(position.0, position.1),
+            velocity: Vec2::new(velocity.0, velocity.1),
+            present: true,
+        };
         time_to_touch_s(STILL, twist, &mover, reach_m, TTC_HORIZON_S)
     }
 
@@ -172,6 +180,7 @@ mod tests {
             let mover = MoverState {
                 position: Vec2::new(within(4.0), within(4.0)),
                 velocity: Vec2::new(within(1.0), within(1.0)),
+                present: true,
             };
             let gap = |t: f64| (mover.position + mover.velocity * t - STILL.advance(twist, t).position).norm() - 0.6;
             let sampled = (0..=10_000).map(|k| f64::from(k) / 1000.0).find(|&t| gap(t) <= 0.0);
@@ -200,8 +209,9 @@ mod tests {
         let state = |m: &crate::world::Mover, row: usize| MoverState {
             position: m.position + m.velocity * (row as f64 * 0.1),
             velocity: m.velocity,
+            present: true,
         };
-        let states = (0..=10).flat_map(|row| movers.map(|m| state(&m, row))).collect();
+        let states = (0..=10).flat_map(|row| movers.iter().map(move |m| state(m, row)).collect::<Vec<_>>()).collect();
         let trace = Trace { ticks, movers: states, mover_count: 2, ..Trace::default() };
         assert!(near(ttc_min_s(&scene, 0.25, &trace), 6.45));
         // Surfaces: A 2 − 0.55 = 1.45 m off at first; B 6.45 m at best.

@@ -102,7 +102,8 @@ fn collision(scene: &Scene, radius_m: f64, trace: &Trace, dt_s: f64) -> Cause {
     let movers = trace.movers_at(trace.ticks.len() - 1);
     let gap_m =
         |index: usize| (movers[index].position - end.pose.position).norm() - scene.movers[index].radius_m - radius_m;
-    let nearest = (0..movers.len()).min_by(|&a, &b| gap_m(a).total_cmp(&gap_m(b)));
+    let nearest =
+        (0..movers.len()).filter(|&index| movers[index].present).min_by(|&a, &b| gap_m(a).total_cmp(&gap_m(b)));
     let velocity = |row: usize| nearest.map_or(Vec2::zeros(), |index| trace.movers_at(row)[index].velocity);
     let turned = last_rows(trace, TURNED_WITHIN_S, dt_s)
         .skip(1)
@@ -142,7 +143,7 @@ mod tests {
     fn beside_a_mover(ticks: u32, velocity: impl Fn(usize) -> Vec2) -> (Scene, Trace) {
         let scene = scene_with(vec![mover(Vec2::new(5.0, 5.5), Vec2::zeros(), 0.3)], Vec::new());
         let ticks = drive(Pose::new(5.0, 5.0, 0.0), &vec![Twist::ZERO; ticks as usize]);
-        let state = |row: usize| MoverState { position: Vec2::new(5.0, 5.5), velocity: velocity(row) };
+        let state = |row: usize| MoverState { position: Vec2::new(5.0, 5.5), velocity: velocity(row), present: true };
         let movers = (0..ticks.len()).map(state).collect();
         (scene, Trace { ticks, movers, mover_count: 1, ..Trace::default() })
     }

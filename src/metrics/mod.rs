@@ -188,7 +188,7 @@ mod tests {
     use crate::map::OccupancyGrid;
     use crate::plan::local::Mode;
     use crate::trace::{MoverState, PlannedPath, Tick};
-    use crate::world::spec::moving::{OnRobot, OnStatic};
+    use crate::world::spec::moving::OnStatic;
     use crate::world::{Mover, StaticMap, UnknownStatic};
     use std::sync::Arc;
 
@@ -223,8 +223,7 @@ mod tests {
 
     /// A mover that minds nothing.
     pub(super) fn mover(position: Vec2, velocity: Vec2, radius_m: f64) -> Mover {
-        let (on_static, on_robot) = (OnStatic::Pass, OnRobot::Ignore);
-        Mover { position, velocity, radius_m, on_static, on_robot, yield_distance_m: 1.0 }
+        Mover { on_static: OnStatic::Pass, ..Mover::new(position, velocity, radius_m) }
     }
 
     /// An empty map of 20 m by 20 m, from (1, 1) to (11, 1).
@@ -266,10 +265,10 @@ mod tests {
     #[test]
     fn a_failed_drive_is_measured_up_to_its_end() {
         let mover = mover(Vec2::new(3.5, 1.0), Vec2::zeros(), 0.25);
-        let scene = scene_with(vec![mover], Vec::new());
+        let scene = scene_with(vec![mover.clone()], Vec::new());
         let robot = Robot::default();
         // 20 ticks at 1 m/s from x = 1 end at x = 3, in touch with the mover: 3.5 − 3 = 0.25 + 0.25.
-        let state = MoverState { position: mover.position, velocity: mover.velocity };
+        let state = MoverState { position: mover.position, velocity: mover.velocity, present: true };
         let trace = Trace {
             ticks: drive(scene.start, &[Twist { v: 1.0, omega: 0.0 }; 20]),
             movers: vec![state; 21],

@@ -201,10 +201,9 @@ impl Canvas {
         let rows = trace.ticks.len();
         for (index, mover) in scene.movers.iter().enumerate() {
             let at = |row: usize| trace.movers_at(row)[index].position;
-            if rows == 0 {
-                continue;
-            }
-            let track: Vec<Vec2> = (0..rows).step_by(2).chain([rows - 1]).map(at).collect();
+            let there = |row: &usize| trace.movers_at(*row)[index].present;
+            let (Some(begin), Some(end)) = ((0..rows).find(there), (0..rows).rev().find(there)) else { continue };
+            let track: Vec<Vec2> = (begin..=end).step_by(2).chain([end]).filter(there).map(at).collect();
             line(
                 svg,
                 format_args!(
@@ -213,7 +212,7 @@ impl Canvas {
                 ),
             );
             let r = self.px(mover.radius_m);
-            let (first, last) = (at(0), at(rows - 1));
+            let (first, last) = (at(begin), at(end));
             line(
                 svg,
                 format_args!(
@@ -230,7 +229,7 @@ impl Canvas {
                     self.y(last)
                 ),
             );
-            let velocity = trace.movers_at(rows - 1)[index].velocity;
+            let velocity = trace.movers_at(end)[index].velocity;
             let ahead = last + velocity;
             line(
                 svg,

@@ -12,7 +12,6 @@ use crate::plan::PlanningGrid;
 use crate::rng::EpisodeSeed;
 use crate::robot::Robot;
 use crate::world::StaticMap;
-use crate::world::spec::SceneSpec;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
@@ -121,10 +120,9 @@ impl Scenario {
         };
         let map = StaticMap::new(grid);
         let robot = Robot::new(&self.robot, &self.limits);
-        let scene = SceneSpec { start: self.start.clone(), goal: self.goal.clone(), obstacles: self.obstacles.clone() };
         let start = self.start.given(&map.grid).map(|(position, _)| position);
         let goal = self.goal.given(&map.grid);
-        scene.check(&map, &robot).map_err(|error| {
+        self.scene_spec(folder).and_then(|scene| scene.check(&map, &robot)).map_err(|error| {
             let refused =
                 ScenarioError::new(format!("`{}`: {}", error.key, error.message)).key(KeyPath::parse(&error.key));
             match (error.key.as_str(), start, goal) {

@@ -39,11 +39,13 @@ use crate::metrics::MetricsSpec;
 use crate::plan::stack::{PlanningSpec, StackSpec};
 use crate::quantity::Count;
 use crate::robot::{Limits, RobotSpec};
-use crate::world::spec::{GoalSpec, ObstaclesSpec, SensingSpec, StartSpec};
+use crate::world::SceneError;
+use crate::world::spec::{GoalSpec, ObstaclesSpec, SceneSpec, SensingSpec, StartSpec};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::fmt;
+use std::path::Path;
 use std::sync::LazyLock;
 
 /// Everything that a scenario file says, with every default filled in.
@@ -109,6 +111,14 @@ impl Scenario {
     /// Every stack, in the order of rows in results.
     pub fn stacks(&self) -> Vec<StackSpec> {
         self.stacks.specs()
+    }
+
+    /// What scenes are drawn from, with its recordings read; their files are looked up relative to `folder`.
+    ///
+    /// # Errors
+    /// The first recording that cannot be read.
+    pub fn scene_spec(&self, folder: &Path) -> Result<SceneSpec, SceneError> {
+        SceneSpec::new(self.start.clone(), self.goal.clone(), self.obstacles.clone(), folder)
     }
 
     /// The scenario as YAML with every default written out; reading it back gives an equal scenario.

@@ -46,7 +46,11 @@ impl Bodies {
     pub(super) fn step(&mut self, robot: Pose, movers: &[Mover]) {
         self.physics.bodies[self.robot].set_next_kinematic_position(rapier_pose(robot));
         for (handle, mover) in self.movers.iter().zip(movers) {
-            self.physics.bodies[*handle].set_next_kinematic_position(rapier_pose(mover_pose(mover.position)));
+            let body = &mut self.physics.bodies[*handle];
+            if body.is_enabled() != mover.present {
+                body.set_enabled(mover.present);
+            }
+            body.set_next_kinematic_position(rapier_pose(mover_pose(mover.position)));
         }
         self.physics.step();
     }

@@ -11,10 +11,13 @@
 //! so on the planning grid as well; where a given start or goal lies inside the inflated zone, the footprint alone.
 //! Every draw is bounded; what cannot be placed within [`TRIES`] draws makes the scene infeasible, which is a result.
 
+use super::motion::{Irregular, Motion, Patrol, Replay, Sample};
+use super::mover::free_run;
 use super::obstacle::{Mover, SLACK_M, Shape, UnknownStatic};
+use super::recording::Recording;
 use super::route::reference_route;
 use super::scene::Scene;
-use super::spec::moving::Heading;
+use super::spec::moving::{Heading, MotionChoice};
 use super::spec::{
     CellPlace, GoalSpec, MovingChoice, PlacementChoice, RandomPlace, SceneSpec, StartSpec, UnknownStaticChoice, moving,
     unknown_static,
@@ -24,7 +27,7 @@ use crate::geometry::{Path, Pose, Rect, Vec2, direction};
 use crate::map::connectivity::{Components, passable};
 use crate::map::{Cell, OccupancyGrid};
 use crate::math;
-use crate::quantity::Finite;
+use crate::quantity::{Finite, Fraction, NonNegative, Positive};
 use crate::rng::{EpisodeSeed, Purpose, Stream};
 use crate::robot::Robot;
 use std::sync::Arc;
@@ -88,17 +91,19 @@ impl SceneSpec {
                 }
                 UnknownStaticChoice::random(params) => {
                     if let PlacementChoice::on_route(placement) = &params.placement {
-                        let share = placement.share.map(crate::quantity::Fraction::get);
+                        let share = placement.share.map(Fraction::get);
                         check_range(&format!("{key}.placement.on_route.share"), share)?;
                     }
                 }
             }
         }
+        let mut recordings = self.recordings.iter();
         for (entry, choice) in self.obstacles.moving.iter().enumerate() {
             let key = format!("obstacles.moving[{entry}].{}", choice.name());
             match choice {
                 MovingChoice::fixed(params) => {
                     params.velocity(&map.grid).map_err(|message| SceneError::new(&*key, message))?;
+                    check_motion(&key, &params.motion)?;
                     let key = format!("{key}.position");
                     let position = point(params.position, &map.grid);
                     let radius = params.radius_m.get();
@@ -119,7 +124,24 @@ impl SceneSpec {
                     }
                 }
                 MovingChoice::random(params) => {
-                    check_range(&format!("{key}.speed_mps"), params.speed_mps.map(crate::quantity::NonNegative::get))?;
+                    check_range(&format!("{key}.speed_mps"), params.speed_mps.map(NonNegative::get))?;
+                    check_motion(&key, &params.motion)?;
+                }
+                MovingChoice::crossing(params) => {
+                    check_range(&format!("{key}.speed_mps"), params.speed_mps.map(NonNegative::get))?;
+                    check_range(&format!("{key}.share"), params.share.map(Fraction::get))?;
+                }
+                MovingChoice::patrol(params) => {
+                    check_patrol(&key, params, start.map(|(position, _)| position), robot, &statics)?
+                }
+                MovingChoice::replay(params) => {
+                    let recording = recordings.next();
+                    let missing = params.ids.iter().flatten().find(|id| {
+                        recording.is_some_and(|recording| recording.tracks().all(|(known, _)| known != **id))
+                    });
+                    if let Some(id) = missing {
+                        return Err(SceneError::new(format!("{key}.ids"), format!("the recording has no id {id}")));
+                    }
                 }
             }
         }
@@ -132,6 +154,58 @@ fn check_range(key: &str, [low, high]: [f64; 2]) -> Result<(), SceneError> {
         return Ok(());
     }
     Err(SceneError::new(key, format!("expected [lowest, highest], found [{low}, {high}]")))
+}
+
+fn check_motion(key: &str, motion: &MotionChoice) -> Result<(), SceneError> {
+    let MotionChoice::irregular(params) = motion else { return Ok(()) };
+    let key = format!("{key}.motion.irregular");
+    check_range(&format!("{key}.interval_s"), params.interval_s.map(Positive::get))?;
+    params.speed_mps.map_or(Ok(()), |speed| check_range(&format!("{key}.speed_mps"), speed.map(NonNegative::get)))
+}
+
+/// Whether a patrol has a way to go and the mover fits on it.
+fn check_patrol(
+    key: &str,
+    params: &moving::patrol::Params,
+    start: Option<Vec2>,
+    robot: &Robot,
+    statics: &Statics<'_>,
+) -> Result<(), SceneError> {
+    let map = statics.map;
+    let radius = params.radius_m.get();
+    let key_of = |index: usize| format!("{key}.waypoints[{index}]");
+    let places: Vec<Vec2> = params.waypoints.iter().map(|&place| point(place, &map.grid)).collect();
+    let count = places.len();
+    if count < 2 {
+        let message = format!("a patrol needs at least two waypoints, found {count}");
+        return Err(SceneError::new(format!("{key}.waypoints"), message));
+    }
+    if start.is_some_and(|start| (start - places[0]).norm() < radius + robot.radius_m) {
+        return Err(SceneError::new(key_of(0), "the mover overlaps the robot at its start"));
+    }
+    let legs = if params.closed && count > 2 { count } else { count - 1 };
+    for (from, to) in (0..legs).map(|leg| (leg, (leg + 1) % count)) {
+        let (a, b) = (places[from], places[to]);
+        if a == b {
+            return Err(SceneError::new(key_of(to), "the same place as the waypoint before it"));
+        }
+        if params.on_static == moving::OnStatic::Pass {
+            continue;
+        }
+        if map.edge_distance_m(a) < 0.0 {
+            return Err(SceneError::new(key_of(from), outside(a, map)));
+        }
+        let fits = statics.distance_m(a) >= radius - SLACK_M;
+        if !fits || statics.sweep_disc(a, b - a, radius - SLACK_M, 1.0).is_some() {
+            let message = if fits {
+                format!("a static obstacle or the map's edge is in the way to waypoint {to}")
+            } else {
+                format!("the mover {}", at(a, map, "overlaps a static obstacle or the map's edge"))
+            };
+            return Err(SceneError::new(key_of(from), format!("{message}; `on_static: pass` goes through")));
+        }
+    }
+    Ok(())
 }
 
 /// Whether the footprint fits at `p`.
@@ -407,17 +481,18 @@ impl Scene {
                 }
             }
         }
+        let mut recordings = spec.recordings.iter();
         for (entry, choice) in spec.obstacles.moving.iter().enumerate() {
             match choice {
                 MovingChoice::fixed(params) => {
                     let velocity = params.velocity(grid).map_err(Infeasible::new)?;
+                    let speed = velocity.norm();
                     let mover = Mover {
-                        position: point(params.position, grid),
-                        velocity,
-                        radius_m: params.radius_m.get(),
                         on_static: params.on_static,
                         on_robot: params.on_robot,
                         yield_distance_m: params.yield_distance_m.get(),
+                        motion: motion(&params.motion, [speed, speed], seed, entity(entry, 0)),
+                        ..Mover::new(point(params.position, grid), velocity, params.radius_m.get())
                     };
                     let blocked = mover.on_static != moving::OnStatic::Pass
                         && scene.statics().distance_m(mover.position) < mover.radius_m - SLACK_M;
@@ -431,18 +506,128 @@ impl Scene {
                 MovingChoice::random(params) => {
                     for number in 0..params.count.get() {
                         let stream = seed.stream(Purpose::Dynamic, entity(entry, number));
-                        let drawn = draw_mover(params, &scene, robot, stream);
-                        scene.movers.push(drawn.ok_or_else(|| {
-                            Infeasible::new(format!(
-                                "no place for number {number} of obstacles.moving[{entry}] in {TRIES} draws"
-                            ))
-                        })?);
+                        let drawn = draw_mover(params, &scene, robot, stream).map(|mover| Mover {
+                            motion: motion(
+                                &params.motion,
+                                params.speed_mps.map(NonNegative::get),
+                                seed,
+                                entity(entry, number),
+                            ),
+                            ..mover
+                        });
+                        scene.movers.push(drawn.ok_or_else(|| no_place(entry, number))?);
                     }
+                }
+                MovingChoice::crossing(params) => {
+                    for number in 0..params.count.get() {
+                        let stream = seed.stream(Purpose::Dynamic, entity(entry, number));
+                        let drawn = draw_crossing(params, &scene, robot, stream);
+                        scene.movers.push(drawn.ok_or_else(|| no_place(entry, number))?);
+                    }
+                }
+                MovingChoice::patrol(params) => scene.movers.push(patrol(params, grid)),
+                MovingChoice::replay(params) => {
+                    let recording = recordings.next().expect("one recording for each replay");
+                    scene.movers.extend(replay(params, recording, grid));
                 }
             }
         }
         Ok(scene)
     }
+}
+
+fn no_place(entry: usize, number: u32) -> Infeasible {
+    Infeasible::new(format!("no place for number {number} of obstacles.moving[{entry}] in {TRIES} draws"))
+}
+
+/// How a mover goes on; an irregular one draws its speeds from `speed_mps` unless its parameters say otherwise.
+fn motion(choice: &MotionChoice, speed_mps: [f64; 2], seed: EpisodeSeed, entity: u64) -> Motion {
+    match choice {
+        MotionChoice::uniform(_) => Motion::Uniform,
+        MotionChoice::irregular(params) => Motion::Irregular(Irregular {
+            interval_s: params.interval_s.map(Positive::get),
+            speed_mps: params.speed_mps.map_or(speed_mps, |speed| speed.map(NonNegative::get)),
+            stream: seed.stream(Purpose::Motion, entity),
+        }),
+    }
+}
+
+/// The mover of a patrol, at its first waypoint.
+fn patrol(params: &moving::patrol::Params, grid: &OccupancyGrid) -> Mover {
+    let waypoints: Arc<[Vec2]> = params.waypoints.iter().map(|&place| point(place, grid)).collect();
+    let first = waypoints[0];
+    let velocity = (waypoints[1] - first).normalize() * params.speed_mps.get();
+    Mover {
+        on_static: params.on_static,
+        on_robot: params.on_robot,
+        yield_distance_m: params.yield_distance_m.get(),
+        motion: Motion::Patrol(Patrol {
+            waypoints,
+            speed_mps: params.speed_mps.get(),
+            closed: params.closed,
+            pause_s: params.pause_s.get(),
+        }),
+        ..Mover::new(first, velocity, params.radius_m.get())
+    }
+}
+
+/// The movers of a recording, by id; those whose data ends before the episode begins are left out.
+fn replay<'a>(
+    params: &'a moving::replay::Params,
+    recording: &'a Recording,
+    grid: &'a OccupancyGrid,
+) -> impl Iterator<Item = Mover> + 'a {
+    let wanted = |id: u64| params.ids.as_ref().is_none_or(|ids| ids.contains(&id));
+    recording.tracks().filter(move |&(id, _)| wanted(id)).filter_map(|(_, track)| {
+        let from_s = params.from_s.get();
+        let samples: Arc<[Sample]> = track
+            .iter()
+            .map(|sample| Sample {
+                time_s: sample.time_s - from_s,
+                position: grid.frame().point_to_grid(sample.position),
+            })
+            .collect();
+        let is_over = samples[samples.len() - 1].time_s <= 0.0 && !params.stays;
+        let first = samples[0].position;
+        (!is_over).then(|| Mover {
+            on_static: moving::OnStatic::Pass,
+            motion: Motion::Replay(Replay { samples, stays: params.stays }),
+            present: false,
+            ..Mover::new(first, Vec2::zeros(), params.radius_m.get())
+        })
+    })
+}
+
+/// A mover that crosses the reference route when the robot may be there; `None` after too many draws.
+fn draw_crossing(params: &moving::crossing::Params, scene: &Scene, robot: &Robot, mut stream: Stream) -> Option<Mover> {
+    let (radius_m, statics) = (params.radius_m.get(), scene.statics());
+    let [slowest, fastest] = params.speed_mps.map(NonNegative::get);
+    let [low, high] = params.share.map(Fraction::get);
+    let keep = params.keep_from_start_m.get() + robot.radius_m + radius_m;
+    let (jitter_s, straight_s) = (params.jitter_s.get(), params.straight_s.get());
+    (0..TRIES).find_map(|_| {
+        let velocity = stream.range(slowest, fastest) * direction(stream.range(-math::PI, math::PI));
+        let along_m = scene.reference_route.length() * stream.range(low, high);
+        let time_s = math::max(0.0, along_m / params.robot_speed_mps.get() + stream.range(-jitter_s, jitter_s));
+        let place = scene.reference_route.point_at(along_m);
+        let free = |way: Vec2, for_s: f64| statics.sweep_disc(place, way, radius_m, for_s).is_none();
+        if statics.distance_m(place) < radius_m || !free(velocity, straight_s) {
+            return None;
+        }
+        if !free(-velocity, math::min(straight_s, time_s)) {
+            return None;
+        }
+        // A disc that bounces like light comes back the way it went.
+        let back = Mover { on_static: params.on_static, ..Mover::new(place, -velocity, radius_m) };
+        let (position, reversed) = free_run(&back, &statics, time_s)?;
+        let clear = (position - scene.start.position).norm() >= keep;
+        clear.then(|| Mover {
+            on_static: params.on_static,
+            on_robot: params.on_robot,
+            yield_distance_m: params.yield_distance_m.get(),
+            ..Mover::new(position, -reversed, radius_m)
+        })
+    })
 }
 
 /// The stream number of one obstacle: entry of the list in the high 16 bits, number within it in the low 32.
@@ -459,9 +644,8 @@ fn draw_ends(spec: &SceneSpec, floor: &Floor<'_>, seed: EpisodeSeed) -> Result<(
     let parts = floor.components();
     let part = |p: Vec2| parts.labels()[grid.index(grid.cell_at(p))];
     let diagonal = grid.extent_m().norm();
-    let distance_min = |place: &RandomPlace, share: f64| {
-        place.distance_min_m.map_or(share * diagonal, crate::quantity::NonNegative::get)
-    };
+    let distance_min =
+        |place: &RandomPlace, share: f64| place.distance_min_m.map_or(share * diagonal, NonNegative::get);
     let candidates: Vec<usize> = (0..floor.passable.len()).filter(|&index| floor.passable[index]).collect();
     // Each end has a stream of its own, so that giving one leaves the draws of the other.
     let mut start_stream = seed.stream(Purpose::StartGoal, 0);
@@ -571,7 +755,7 @@ fn draw_position(placement: &PlacementChoice, route: &Path, grid: &OccupancyGrid
 fn draw_mover(params: &moving::random::Params, scene: &Scene, robot: &Robot, mut stream: Stream) -> Option<Mover> {
     let radius_m = params.radius_m.get();
     let extent = scene.map.grid.extent_m();
-    let [slowest, fastest] = params.speed_mps.map(crate::quantity::NonNegative::get);
+    let [slowest, fastest] = params.speed_mps.map(NonNegative::get);
     let speed = stream.range(slowest, fastest);
     let heading = stream.range(-math::PI, math::PI);
     let keep = params.keep_from_start_m.get() + robot.radius_m + radius_m;
@@ -579,16 +763,15 @@ fn draw_mover(params: &moving::random::Params, scene: &Scene, robot: &Robot, mut
         let position = Vec2::new(stream.range(0.0, extent.x), stream.range(0.0, extent.y));
         let clear =
             (position - scene.start.position).norm() >= keep && scene.statics().distance_m(position) >= radius_m;
+        let velocity = match params.heading {
+            Heading::Any => speed * direction(heading),
+            Heading::AlongAisle => math::sign(heading) * speed * aisle(&scene.map, position, radius_m),
+        };
         clear.then(|| Mover {
-            position,
-            velocity: match params.heading {
-                Heading::Any => speed * direction(heading),
-                Heading::AlongAisle => math::sign(heading) * speed * aisle(&scene.map, position, radius_m),
-            },
-            radius_m,
             on_static: params.on_static,
             on_robot: params.on_robot,
             yield_distance_m: params.yield_distance_m.get(),
+            ..Mover::new(position, velocity, radius_m)
         })
     })
 }
@@ -618,6 +801,7 @@ mod tests {
             start: serde_yaml::from_str(start).unwrap(),
             goal: serde_yaml::from_str(goal).unwrap(),
             obstacles: serde_yaml::from_str::<ObstaclesSpec>(obstacles).unwrap(),
+            recordings: Vec::new(),
         }
     }
 
@@ -759,7 +943,7 @@ moving:
                 assert_eq!((before.start, before.goal), (after.start, after.goal));
                 let kept: Vec<_> = statics.iter().map(|&k: &usize| after.unknown_static[k]).collect();
                 assert_eq!(kept, before.unknown_static);
-                let kept: Vec<_> = movers.iter().map(|&k: &usize| after.movers[k]).collect();
+                let kept: Vec<_> = movers.iter().map(|&k: &usize| after.movers[k].clone()).collect();
                 assert_eq!(kept, before.movers[..kept.len()]);
                 assert_ne!(before.digest(), after.digest());
             }
@@ -918,5 +1102,153 @@ moving:
             }
         }
         assert!(along_x > 50 && along_y > 50, "either way: {along_x} {along_y}");
+    }
+
+    /// The mover's states over `ticks` ticks of a world in which the robot stands.
+    fn states(scene: &Scene, ticks: usize) -> Vec<Vec<Mover>> {
+        let robot = Robot::default();
+        let mut world = World::new(scene, &robot, &SensingSpec::default());
+        let mut all = vec![world.movers().to_vec()];
+        for _ in 0..ticks {
+            assert_eq!(world.step(Twist::ZERO).contact, None);
+            all.push(world.movers().to_vec());
+        }
+        all
+    }
+
+    fn scene_of(obstacles: &str, episode: u64) -> Scene {
+        let map = Arc::new(StaticMap::new(OccupancyGrid::empty(40, 30, 1.0)));
+        Scene::generate(&spec("[1, 1]", "[38, 28]", obstacles), &map, &Robot::default(), 0.3, seed(episode)).unwrap()
+    }
+
+    #[test]
+    fn an_irregular_mover_changes_course_as_often_and_as_much_as_it_says() {
+        let text =
+            "moving: [random: {speed_mps: [0.8, 1.0], motion: {irregular: {interval_s: [1, 3]}}, on_static: pass}]";
+        let (mut changes_s, mut headings, mut speeds) = (Vec::new(), Vec::new(), Vec::new());
+        for episode in 0..40 {
+            let states = states(&scene_of(text, episode), 600);
+            let mut last = 0;
+            for tick in 1..states.len() {
+                let (before, after) = (states[tick - 1][0].velocity, states[tick][0].velocity);
+                if before != after {
+                    changes_s.push((tick - last) as f64 * 0.1);
+                    last = tick;
+                    headings.push(math::atan2(after.y, after.x));
+                    speeds.push(after.norm());
+                }
+                let moved = states[tick][0].position - states[tick - 1][0].position;
+                assert!((moved - after * 0.1).norm() < 1e-9, "straight within a tick");
+            }
+        }
+        let n = changes_s.len() as f64;
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        assert!(n > 1000.0, "{n}");
+        // Uniform on [1, 3]: mean 2, sd 0.577; four standard errors. The first interval of an episode counts from tick 1.
+        assert!((mean(&changes_s) - 2.0).abs() < 4.0 * 0.577 / n.sqrt(), "{}", mean(&changes_s));
+        assert!(changes_s.iter().all(|s| (0.95..=3.15).contains(s)));
+        assert!((mean(&speeds) - 0.9).abs() < 4.0 * 0.058 / n.sqrt() && speeds.iter().all(|s| (0.8..=1.0).contains(s)));
+        let turn: Vec2 = headings.iter().map(|&heading| direction(heading)).sum::<Vec2>() / n;
+        // The mean direction of n uniform headings is about 1/√n long.
+        assert!(turn.norm() < 3.0 / n.sqrt(), "{turn:?}");
+    }
+
+    #[test]
+    fn a_crossing_mover_is_on_the_route_when_the_robot_may_be() {
+        let text = "moving: [crossing: {robot_speed_mps: 0.5, jitter_s: 2, straight_s: 0}]";
+        for episode in 0..30 {
+            let map = random_map(episode);
+            let spec = spec("random", "random", text);
+            let Ok(scene) = Scene::generate(&spec, &map, &Robot::default(), 0.3, seed(episode)) else { continue };
+            let length = scene.reference_route.length();
+            let (first, last) = (0.3 * length / 0.5 - 2.0, 0.8 * length / 0.5 + 2.0);
+            let mover = &scene.movers[0];
+            assert!((mover.position - scene.start.position).norm() >= 3.0 + 0.3 + 0.25 - 1e-9);
+            let robot = Robot::default();
+            let mut world = World::new(&scene, &robot, &SensingSpec::default());
+            let meets = (0..(last / 0.1).ceil() as u32 + 1).any(|tick| {
+                let at = world.movers()[0].position;
+                world.step(Twist::ZERO);
+                // Within a tick's way of the route, at a time at which it may be met.
+                f64::from(tick) * 0.1 >= first - 0.1 && scene.reference_route.project(at).1 <= 0.1
+            });
+            assert!(meets, "episode {episode}");
+        }
+    }
+
+    #[test]
+    fn a_patrol_is_where_arithmetic_says() {
+        let text =
+            "moving: [patrol: {waypoints: [[10, 10], [14, 10], [14, 13]], speed_mps: 0.5, pause_s: 1, closed: true}]";
+        let states = states(&scene_of(text, 0), 400);
+        // 4 m, stop, 3 m, stop, 5 m, stop: 8 + 1 + 6 + 1 + 10 + 1 = 27 s a round.
+        for (tick, state) in states.iter().enumerate() {
+            let t = (tick as f64 * 0.1) % 27.0;
+            let along = |from: (f64, f64), to: (f64, f64), share: f64| {
+                Vec2::new(from.0 + (to.0 - from.0) * share, from.1 + (to.1 - from.1) * share)
+            };
+            let expected = if t < 9.0 {
+                along((10.0, 10.0), (14.0, 10.0), math::min(t / 8.0, 1.0))
+            } else if t < 16.0 {
+                along((14.0, 10.0), (14.0, 13.0), math::min((t - 9.0) / 6.0, 1.0))
+            } else {
+                along((14.0, 13.0), (10.0, 10.0), math::min((t - 16.0) / 10.0, 1.0))
+            };
+            assert!((state[0].position - expected).norm() < 1e-6, "tick {tick}: {:?} {expected:?}", state[0].position);
+        }
+        let there_and_back =
+            "moving: [patrol: {waypoints: [[10, 10], [14, 10], [14, 13]], speed_mps: 0.5, closed: false}]";
+        let states = self::states(&scene_of(there_and_back, 0), 281);
+        assert!((states[140][0].position - Vec2::new(14.0, 13.0)).norm() < 1e-6, "7 m after 14 s");
+        assert!((states[200][0].position - Vec2::new(14.0, 10.0)).norm() < 1e-6);
+        assert!((states[280][0].position - Vec2::new(10.0, 10.0)).norm() < 1e-6);
+    }
+
+    #[test]
+    fn a_patrol_waits_at_what_is_in_its_way_unless_it_passes() {
+        for (on_static, expected) in [("stop", 11.2), ("pass", 14.0)] {
+            let text = format!(
+                "moving: [patrol: {{waypoints: [[10, 10], [14, 10]], speed_mps: 1, pause_s: 9, on_static: {on_static}}}]"
+            );
+            let mut scene = scene_of(&text, 0);
+            scene.unknown_static.push(UnknownStatic::new(Pose::new(12.0, 10.0, 0.0), Shape::Disc { radius_m: 0.5 }));
+            let states = states(&scene, 60);
+            assert!((states[60][0].position.x - expected).abs() < 1e-6, "{:?}", states[60][0].position);
+        }
+    }
+
+    #[test]
+    fn a_recorded_mover_is_at_the_recorded_place_and_gone_outside_of_its_time() {
+        let csv = b"time_s,id,x_m,y_m\n1.0,4,10,10\n1.4,4,10.4,10\n1.85,4,10.4,10.9\n3.0,4,10.4,13.2\n";
+        let recording = Arc::new(Recording::parse(csv, 25.0).unwrap());
+        let obstacles = "moving: [replay: {file: unused.csv, from_s: 0.5}]";
+        let mut spec = spec("[1, 1]", "[38, 28]", obstacles);
+        spec.recordings = vec![recording];
+        let map = Arc::new(StaticMap::new(OccupancyGrid::empty(40, 30, 1.0)));
+        let scene = Scene::generate(&spec, &map, &Robot::default(), 0.3, seed(0)).unwrap();
+        let states = states(&scene, 40);
+        for (tick, state) in states.iter().enumerate() {
+            let t = tick as f64 * 0.1 + 0.5;
+            // The row of a tick shows the end of the tick: the first one driven begins at 1.0 s, the last one ends at 3.0 s.
+            assert_eq!(state[0].present, t > 1.05 && t < 3.05, "at {t}");
+            if state[0].present {
+                let expected =
+                    if t < 1.4 { Vec2::new(10.0 + (t - 1.0), 10.0) } else { Vec2::new(10.4, 10.0 + 2.0 * (t - 1.4)) };
+                assert!((state[0].position - expected).norm() < 1e-6, "at {t}: {:?} {expected:?}", state[0].position);
+            }
+        }
+    }
+
+    #[test]
+    fn a_mover_that_appears_upon_the_robot_is_a_collision_at_that_moment() {
+        let csv = b"time_s,id,x_m,y_m\n1.0,4,1.2,1\n9.0,4,1.2,1\n";
+        let mut spec = spec("[1, 1]", "[38, 28]", "moving: [replay: {file: unused.csv}]");
+        spec.recordings = vec![Arc::new(Recording::parse(csv, 25.0).unwrap())];
+        let map = Arc::new(StaticMap::new(OccupancyGrid::empty(40, 30, 1.0)));
+        let scene = Scene::generate(&spec, &map, &Robot::default(), 0.3, seed(0)).unwrap();
+        let robot = Robot::default();
+        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        let hit = (0..20).find_map(|tick| world.step(Twist::ZERO).contact.map(|contact| (tick, contact.time_s)));
+        assert_eq!(hit, Some((10, 0.0)));
     }
 }

@@ -6,7 +6,7 @@
 //! # What is computed where
 //!
 //! Robot and movers are integrated by us in f64: the robot on the exact arc of its twist, which is constant within a tick
-//! (it changes in a step at the tick's beginning, within the limits of the drive), movers on straight lines that
+//! (it changes in a step at the tick's beginning, within the limits of the drive), movers on straight pieces that
 //! bounce off statics at the exact moment of contact. These poses are handed to rapier, whose bodies are kinematic
 //! and position-based: rapier pushes nothing back and decides nothing. Its contact pairs are switched off, because they
 //! lag by a step and fire 2 cm early; it holds the scene for queries and pictures, and tests compare its distances with
@@ -25,8 +25,10 @@
 
 mod bodies;
 mod generate;
+mod motion;
 mod mover;
 mod obstacle;
+mod recording;
 mod route;
 mod scene;
 pub mod spec;
@@ -35,7 +37,9 @@ mod sweep;
 mod truth;
 
 pub use generate::{Infeasible, SceneError};
+pub use motion::{Irregular, Motion, Patrol, Replay, Sample};
 pub use obstacle::{Mover, Shape, UnknownStatic};
+pub use recording::Recording;
 pub use scene::{ObstacleKind, Scene};
 pub use spec::{SceneSpec, SensingSpec};
 pub use statics::StaticMap;

@@ -1,11 +1,14 @@
-//! How movers move: straight lines, split where they meet a static obstacle.
+//! How movers move: straight pieces, split where they meet a static obstacle, turn at a waypoint or pass a sample.
 //!
 //! Movers pass through each other, and the robot never pushes them.
 
+use super::DT_S;
+use super::motion::{Motion, Patrol, Replay};
 use super::obstacle::Mover;
 use super::spec::moving::{OnRobot, OnStatic};
 use super::statics::Statics;
 use crate::geometry::Vec2;
+use crate::math;
 
 /// Contacts with statics that one tick resolves; after them the mover stands for the rest of the tick. A disc
 /// wedged in a gap of its own width would bounce without end.
@@ -35,7 +38,7 @@ impl Course {
     }
 
     /// The course of a mover that wants to go at `cruise`; `cruise` becomes what it wants afterwards.
-    pub(super) fn drive(mover: &Mover, cruise: &mut Vec2, statics: &Statics<'_>, duration_s: f64) -> Self {
+    fn drive(mover: &Mover, cruise: &mut Vec2, statics: &Statics<'_>, duration_s: f64) -> Self {
         let mut course = Self::standing(mover.position);
         course.speed = cruise.norm();
         course.legs[0].velocity = *cruise;
@@ -70,6 +73,66 @@ impl Course {
         }
     }
 
+    /// The course along `patrol`, from where `beat` says; `beat` becomes what it is afterwards. Where a static is in the way
+    /// the mover waits, unless it passes.
+    fn patrol(mover: &Mover, patrol: &Patrol, beat: &mut Beat, statics: &Statics<'_>, duration_s: f64) -> Self {
+        let mut course = Self::standing(mover.position);
+        course.speed = patrol.speed_mps;
+        course.count = 0;
+        let (mut time_s, mut position) = (0.0, mover.position);
+        while time_s < duration_s {
+            let begin_s = time_s;
+            let left_s = duration_s - time_s;
+            let ahead = patrol.waypoints[beat.next] - position;
+            let away_s = ahead.norm() / patrol.speed_mps;
+            let waits = beat.wait_s > 0.0;
+            let velocity = if waits || away_s == 0.0 { Vec2::zeros() } else { ahead / away_s };
+            let mut lasts_s = math::min(if waits { beat.wait_s } else { away_s }, left_s);
+            let hit = statics.sweep_disc(position, velocity, mover.radius_m, lasts_s);
+            let blocked = mover.on_static != OnStatic::Pass && hit.is_some();
+            if let (true, Some(hit)) = (blocked, hit) {
+                lasts_s = hit.time_s;
+            }
+            course.push(Leg { begin_s, from: position, velocity });
+            time_s += lasts_s;
+            position += velocity * lasts_s;
+            if blocked || course.count == BOUNCES_MAX {
+                course.push(Leg { begin_s: time_s, from: position, velocity: Vec2::zeros() });
+                break;
+            }
+            if waits {
+                beat.wait_s -= lasts_s;
+            } else if away_s <= left_s {
+                position = patrol.waypoints[beat.next];
+                (beat.next, beat.backwards) = patrol.after(beat.next, beat.backwards);
+                beat.wait_s = patrol.pause_s;
+            }
+        }
+        course
+    }
+
+    fn push(&mut self, leg: Leg) {
+        self.legs[self.count] = leg;
+        self.count += 1;
+    }
+
+    /// The course of a recording in the tick that begins at `begin_s`.
+    fn replay(replay: &Replay, begin_s: f64, duration_s: f64) -> Self {
+        let end_s = begin_s + duration_s;
+        let mut course = Self::standing(replay.position(begin_s));
+        course.count = 0;
+        let mut from_s = begin_s;
+        let inside = replay.sample_times(begin_s, end_s).take(BOUNCES_MAX);
+        for to_s in inside.chain([end_s]) {
+            let (from, to) = (replay.position(from_s), replay.position(to_s));
+            let velocity = if to_s > from_s { (to - from) / (to_s - from_s) } else { Vec2::zeros() };
+            course.push(Leg { begin_s: from_s - begin_s, from, velocity });
+            course.speed = math::max(course.speed, velocity.norm());
+            from_s = to_s;
+        }
+        course
+    }
+
     /// Position and velocity at `time_s` of the tick; at a bounce, the velocity after it.
     pub(super) fn at(&self, time_s: f64) -> (Vec2, Vec2) {
         let mut leg = &self.legs[0];
@@ -88,9 +151,101 @@ impl Course {
     }
 }
 
+/// Where a mover is on its beat.
+#[derive(Clone, Copy, Debug)]
+struct Beat {
+    /// The waypoint it goes to.
+    next: usize,
+    backwards: bool,
+    /// What is left of its stop, s.
+    wait_s: f64,
+}
+
+/// What one mover is about to do, from tick to tick.
+#[derive(Clone, Debug)]
+pub(super) struct Driver {
+    /// What it drives when nothing holds it.
+    cruise: Vec2,
+    /// The stretch of an irregular motion that it is in, and the tick at which the next one begins.
+    stretch: (u32, u32),
+    beat: Beat,
+}
+
+impl Driver {
+    /// A mover at the beginning of the episode.
+    pub(super) fn new(mover: &Mover) -> Self {
+        let ends = match &mover.motion {
+            Motion::Irregular(irregular) => irregular.stretch(0).ticks,
+            Motion::Uniform | Motion::Patrol(_) | Motion::Replay(_) => u32::MAX,
+        };
+        let beat = Beat { next: 1, backwards: false, wait_s: 0.0 };
+        Self { cruise: mover.velocity, stretch: (0, ends), beat }
+    }
+
+    /// What changes at the beginning of `tick`: an irregular mover's velocity, whether a recorded one is there.
+    pub(super) fn begin(&mut self, mover: &mut Mover, tick: u32) {
+        match &mover.motion {
+            Motion::Uniform | Motion::Patrol(_) => {}
+            Motion::Irregular(irregular) => {
+                let (number, ends) = self.stretch;
+                if tick >= ends {
+                    let next = irregular.stretch(number + 1);
+                    self.stretch = (number + 1, ends.saturating_add(next.ticks));
+                    self.cruise = next.velocity;
+                    mover.velocity = next.velocity;
+                }
+            }
+            Motion::Replay(replay) => {
+                let time_s = f64::from(tick) * DT_S;
+                let present = replay.is_present(time_s);
+                if present && !mover.present {
+                    let course = Course::replay(replay, time_s, DT_S);
+                    (mover.position, mover.velocity) = course.at(0.0);
+                }
+                mover.present = present;
+            }
+        }
+    }
+
+    /// Its course in `tick`, given where the robot's centre and how large the robot is.
+    pub(super) fn course(
+        &mut self,
+        mover: &Mover,
+        statics: &Statics<'_>,
+        (robot, robot_radius_m): (Vec2, f64),
+        tick: u32,
+    ) -> Course {
+        if !mover.present {
+            return Course::standing(mover.position);
+        }
+        let wants = match &mover.motion {
+            Motion::Patrol(patrol) => patrol.waypoints[self.beat.next] - mover.position,
+            Motion::Uniform | Motion::Irregular(_) | Motion::Replay(_) => self.cruise,
+        };
+        match &mover.motion {
+            Motion::Replay(replay) => Course::replay(replay, f64::from(tick) * DT_S, DT_S),
+            _ if yields(mover, wants, robot, robot_radius_m) => Course::standing(mover.position),
+            Motion::Patrol(patrol) => Course::patrol(mover, patrol, &mut self.beat, statics, DT_S),
+            Motion::Uniform | Motion::Irregular(_) => Course::drive(mover, &mut self.cruise, statics, DT_S),
+        }
+    }
+}
+
+/// Where a uniform mover is, and how it moves, after `time_s` without a robot; `None` where it stands by then.
+pub(super) fn free_run(mover: &Mover, statics: &Statics<'_>, time_s: f64) -> Option<(Vec2, Vec2)> {
+    let (mut mover, mut cruise, mut left_s) = (mover.clone(), mover.velocity, time_s);
+    while left_s > 0.0 {
+        let tick_s = math::min(left_s, DT_S);
+        let course = Course::drive(&mover, &mut cruise, statics, tick_s);
+        (mover.position, mover.velocity) = course.at(tick_s);
+        left_s -= tick_s;
+    }
+    (mover.velocity != Vec2::zeros()).then_some((mover.position, mover.velocity))
+}
+
 /// Whether a yielding mover stands this tick: the robot's centre lies in the half plane ahead of it and their surfaces
 /// are within its distance, at the beginning of the tick.
-pub(super) fn yields(mover: &Mover, cruise: Vec2, robot: Vec2, robot_radius_m: f64) -> bool {
+fn yields(mover: &Mover, cruise: Vec2, robot: Vec2, robot_radius_m: f64) -> bool {
     let d = robot - mover.position;
     mover.on_robot == OnRobot::Yield
         && d.dot(&cruise) > 0.0
@@ -110,14 +265,7 @@ mod tests {
     const DT: f64 = 0.1;
 
     fn mover(position: Vec2, radius_m: f64, on_static: OnStatic) -> Mover {
-        Mover {
-            position,
-            velocity: Vec2::zeros(),
-            radius_m,
-            on_static,
-            on_robot: OnRobot::Ignore,
-            yield_distance_m: 0.0,
-        }
+        Mover { on_static, yield_distance_m: 0.0, ..Mover::new(position, Vec2::zeros(), radius_m) }
     }
 
     /// Coordinate of a point that starts at `x` with velocity `u` and is mirrored at `low` and `high`, after `t`:
@@ -244,7 +392,7 @@ mod tests {
         let mut mover = mover(Vec2::new(0.0, 0.0), 0.3, OnStatic::Reflect);
         mover.yield_distance_m = 1.0;
         let cruise = Vec2::new(1.0, 0.0);
-        let ahead = |x| yields(&Mover { on_robot: OnRobot::Yield, ..mover }, cruise, Vec2::new(x, 0.0), 0.25);
+        let ahead = |x| yields(&Mover { on_robot: OnRobot::Yield, ..mover.clone() }, cruise, Vec2::new(x, 0.0), 0.25);
         // Surfaces are 1 m apart where the centres are 1.55 m apart.
         assert!(ahead(1.54) && !ahead(1.56) && !ahead(-1.0));
         assert!(!yields(&mover, cruise, Vec2::new(1.0, 0.0), 0.25), "movers ignore the robot unless told");

@@ -1,5 +1,6 @@
 //! Obstacles: their shapes, exact distances to them, and which cells they touch.
 
+use super::motion::Motion;
 use super::spec::ShapeChoice;
 use super::spec::moving::{OnRobot, OnStatic};
 use crate::geometry::{Pose, Rect, Vec2, direction};
@@ -139,7 +140,7 @@ fn centred(half: Vec2) -> Rect {
 }
 
 /// A moving obstacle: a disc.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Mover {
     /// Centre, grid frame, m.
     pub position: Vec2,
@@ -153,13 +154,18 @@ pub struct Mover {
     pub on_robot: OnRobot,
     /// Surface distance within which it stops for a robot ahead, if it yields, m.
     pub yield_distance_m: f64,
+    /// How it chooses its way.
+    pub motion: Motion,
+    /// Whether it is there at all; else nothing senses it and nothing touches it.
+    pub present: bool,
 }
 
 impl Mover {
     /// A mover that bounces off statics and ignores the robot.
     pub fn new(position: Vec2, velocity: Vec2, radius_m: f64) -> Self {
         let (on_static, on_robot) = (OnStatic::Reflect, OnRobot::Ignore);
-        Self { position, velocity, radius_m, on_static, on_robot, yield_distance_m: 1.0 }
+        let (motion, present) = (Motion::Uniform, true);
+        Self { position, velocity, radius_m, on_static, on_robot, yield_distance_m: 1.0, motion, present }
     }
 }
 

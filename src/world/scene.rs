@@ -70,6 +70,7 @@ impl Scene {
                 OnRobot::Yield => 1,
             });
             digest.real(mover.yield_distance_m);
+            mover.motion.digest(&mut digest);
         }
         digest.value()
     }

@@ -1,7 +1,7 @@
 //! The world while it runs: actuation, motion, sensing, and the judgement of contact and clearance.
 
 use super::bodies::Bodies;
-use super::mover::{Course, yields};
+use super::mover::{Course, Driver};
 use super::obstacle::{Mover, UnknownStatic};
 use super::scene::{ObstacleKind, Scene};
 use super::spec::SensingSpec;
@@ -50,8 +50,8 @@ pub struct World<'s> {
     pose: Pose,
     twist: Twist,
     movers: Vec<Mover>,
-    /// What each mover drives when nothing holds it.
-    cruise: Vec<Vec2>,
+    /// What each mover is about to do.
+    drivers: Vec<Driver>,
     courses: Vec<Course>,
     /// Unknown statics that were sensed in this episode, and how many.
     seen: Vec<bool>,
@@ -61,6 +61,9 @@ pub struct World<'s> {
     gaps_before_m: Vec<f64>,
     clearance_min_m: f64,
     bodies: Bodies,
+    tick: u32,
+    /// Whether this tick's changes have been made.
+    has_begun: bool,
 }
 
 impl core::fmt::Debug for World<'_> {
@@ -98,6 +101,9 @@ impl Tick<'_> {
             obstacle.distance_m(robot)
         } else {
             let mover = body - 1 - unknown.len();
+            if !self.movers[mover].present {
+                return f64::INFINITY;
+            }
             (self.courses[mover].at(time_s).0 - robot).norm() - self.movers[mover].radius_m
         };
         distance - self.radius_m
@@ -147,7 +153,7 @@ impl<'s> World<'s> {
             pose: scene.start,
             twist: Twist::ZERO,
             movers: scene.movers.clone(),
-            cruise: scene.movers.iter().map(|mover| mover.velocity).collect(),
+            drivers: scene.movers.iter().map(Driver::new).collect(),
             courses: scene.movers.iter().map(|mover| Course::standing(mover.position)).collect(),
             seen: vec![false; scene.unknown_static.len()],
             seen_count: 0,
@@ -155,7 +161,10 @@ impl<'s> World<'s> {
             gaps_before_m: vec![0.0; body_count],
             clearance_min_m: f64::INFINITY,
             bodies: Bodies::new(scene, robot.radius_m),
+            tick: 0,
+            has_begun: false,
         };
+        world.begin_tick();
         let tick = Tick {
             statics: scene.statics(),
             movers: &world.movers,
@@ -203,17 +212,37 @@ impl<'s> World<'s> {
         self.seen_count
     }
 
+    /// Makes the changes with which this tick begins, once: movers that set out another way, appear or vanish.
+    fn begin_tick(&mut self) {
+        if core::mem::replace(&mut self.has_begun, true) {
+            return;
+        }
+        let first_mover = 1 + self.scene.unknown_static.len();
+        for (index, (mover, driver)) in self.movers.iter_mut().zip(&mut self.drivers).enumerate() {
+            let was_present = mover.present;
+            driver.begin(mover, self.tick);
+            if mover.present != was_present {
+                self.courses[index] = Course::standing(mover.position);
+                let gap = (mover.position - self.pose.position).norm() - mover.radius_m - self.robot.radius_m;
+                self.gaps_m[first_mover + index] = if mover.present { gap } else { f64::INFINITY };
+            }
+        }
+    }
+
     /// Senses: writes the movers in range to `sensed` (the scene's order), and unknown statics newly in range to
     /// `belief`, every cell that they touch.
     ///
     /// In range is what has its surface within the sensor range of the robot's true centre.
     pub fn sense(&mut self, belief: &mut Belief, sensed: &mut Vec<SensedObstacle>) {
+        self.begin_tick();
         let robot = self.pose.position;
         sensed.clear();
         sensed.extend(
             self.movers
                 .iter()
-                .filter(|mover| (mover.position - robot).norm() - mover.radius_m <= self.sensor_range_m)
+                .filter(|mover| {
+                    mover.present && (mover.position - robot).norm() - mover.radius_m <= self.sensor_range_m
+                })
                 .map(|mover| SensedObstacle {
                     position: mover.position,
                     velocity: mover.velocity,
@@ -235,14 +264,12 @@ impl<'s> World<'s> {
     /// If the command is not finite.
     pub fn step(&mut self, command: Twist) -> Step {
         assert!(command.v.is_finite() && command.omega.is_finite(), "the command is not finite: {command:?}");
+        self.begin_tick();
         self.twist = self.robot.actuate(self.twist, command, DT_S);
         let statics = self.scene.statics();
-        for ((mover, cruise), course) in self.movers.iter().zip(&mut self.cruise).zip(&mut self.courses) {
-            *course = if yields(mover, *cruise, self.pose.position, self.robot.radius_m) {
-                Course::standing(mover.position)
-            } else {
-                Course::drive(mover, cruise, &statics, DT_S)
-            };
+        let robot = (self.pose.position, self.robot.radius_m);
+        for ((mover, driver), course) in self.movers.iter().zip(&mut self.drivers).zip(&mut self.courses) {
+            *course = driver.course(mover, &statics, robot, self.tick);
         }
         let tick = Tick {
             statics,
@@ -297,6 +324,8 @@ impl<'s> World<'s> {
             (mover.position, mover.velocity) = course.at(end_s);
         }
         self.bodies.step(self.pose, &self.movers);
+        self.tick += 1;
+        self.has_begun = false;
         Step { clearance_m, clearance_low_m: low, contact }
     }
 }
@@ -336,7 +365,7 @@ mod tests {
     }
 
     fn straight_mover(position: Vec2, velocity: Vec2, radius_m: f64, on_static: OnStatic) -> Mover {
-        Mover { position, velocity, radius_m, on_static, on_robot: OnRobot::Ignore, yield_distance_m: 1.0 }
+        Mover { on_static, ..Mover::new(position, velocity, radius_m) }
     }
 
     /// A small world: random cells, two rectangles and a disc nobody knows, three movers that go straight through.
@@ -636,7 +665,7 @@ mod tests {
             assert_eq!(world.step(Twist::ZERO).contact, None);
         }
         // Stops on the first tick that begins within 1 m of surface: the centres are then at most 1.55 m apart.
-        let waiting = world.movers()[0];
+        let waiting = world.movers()[0].clone();
         assert_eq!(waiting.velocity, Vec2::zeros());
         assert!((4.45..4.55).contains(&waiting.position.x), "{waiting:?}");
         // The robot backs out of its way, from y = 2 to 0.5: 2.1 m between the centres.

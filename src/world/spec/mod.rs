@@ -4,14 +4,18 @@
 //! shape and placement is one module with a `Params`; a new kind is one new module and one name in
 //! its `choice!`.
 
+pub mod moving;
 mod place;
 
 pub use place::{CellPlace, GoalSpec, RandomPlace, StartSpec};
 
+use super::{Recording, SceneError};
 use crate::choice::choice;
 use crate::quantity::{Finite, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::path::Path;
+use std::sync::Arc;
 
 pub use moving::MovingChoice;
 pub use placement::PlacementChoice;
@@ -27,6 +31,26 @@ pub struct SceneSpec {
     pub goal: GoalSpec,
     /// What else is there (scenario key `obstacles`).
     pub obstacles: ObstaclesSpec,
+    /// What the `replay` entries among the moving obstacles play, in their order.
+    pub recordings: Vec<Arc<Recording>>,
+}
+
+impl SceneSpec {
+    /// The specification with its recordings read; their files are looked up relative to `folder`.
+    ///
+    /// # Errors
+    /// The first recording that cannot be read.
+    pub fn new(start: StartSpec, goal: GoalSpec, obstacles: ObstaclesSpec, folder: &Path) -> Result<Self, SceneError> {
+        let mut recordings = Vec::new();
+        for (entry, choice) in obstacles.moving.iter().enumerate() {
+            if let MovingChoice::replay(params) = choice {
+                let recording = Recording::read(&folder.join(&params.file), params.frame_rate_hz.get());
+                let key = || format!("obstacles.moving[{entry}].replay.file");
+                recordings.push(Arc::new(recording.map_err(|message| SceneError { key: key(), message })?));
+            }
+        }
+        Ok(Self { start, goal, obstacles, recordings })
+    }
 }
 
 /// Obstacles that the known map does not show (scenario key `obstacles`).
@@ -35,7 +59,7 @@ pub struct SceneSpec {
 pub struct ObstaclesSpec {
     /// Obstacles that stand still and are unknown until the robot senses them. Default: none.
     pub unknown_static: Vec<UnknownStaticChoice>,
-    /// Moving discs. Default: none.
+    /// Moving discs: straight on, erratic, on patrol, as recorded. Default: none.
     pub moving: Vec<MovingChoice>,
 }
 
@@ -224,137 +248,6 @@ pub mod unknown_static {
                 }
             }
         }
-    }
-}
-
-/// Obstacles that move: discs on straight lines.
-pub mod moving {
-    use super::*;
-
-    choice! {
-        /// A moving obstacle.
-        pub enum MovingChoice: "kind of moving obstacle" { fixed, random }
-    }
-
-    /// What a mover does at a wall, an unknown static or the map's edge.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-    #[serde(rename_all = "snake_case")]
-    pub enum OnStatic {
-        /// Bounces off like a billiard ball: speed kept.
-        #[default]
-        Reflect,
-        /// Goes through, as if nothing were there (and leaves the map).
-        Pass,
-        /// Stands still there for the rest of the episode.
-        Stop,
-    }
-
-    /// Which way a random mover sets out.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-    #[serde(rename_all = "snake_case")]
-    pub enum Heading {
-        /// Uniformly random: between walls it ricochets.
-        #[default]
-        Any,
-        /// Either way along that axis of the known map in which the free run through its place is longer: up and
-        /// down the aisle, as traffic between racks does. Equal runs: along x.
-        AlongAisle,
-    }
-
-    /// What a mover does about the robot.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-    #[serde(rename_all = "snake_case")]
-    pub enum OnRobot {
-        /// Moves on as if the robot were not there.
-        #[default]
-        Ignore,
-        /// Stands still while the robot is close ahead (`yield_distance_m`), then goes on.
-        Yield,
-    }
-
-    /// One mover with a given state at the first tick.
-    pub mod fixed {
-        use super::*;
-
-        /// Parameters of one mover: either `velocity_mps`, or `speed_mps` with `heading_rad`.
-        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-        #[serde(deny_unknown_fields)]
-        pub struct Params {
-            /// Centre [x, y] in the world frame, m.
-            pub position: [Finite; 2],
-            /// Velocity [vx, vy] in the world frame, m/s.
-            #[serde(default)]
-            pub velocity_mps: Option<[Finite; 2]>,
-            /// Speed along `heading_rad`, m/s.
-            #[serde(default)]
-            pub speed_mps: Option<NonNegative>,
-            /// Direction of motion in the world frame, rad.
-            #[serde(default)]
-            pub heading_rad: Option<Finite>,
-            /// Radius of the disc, m. Default: 0.3.
-            #[serde(default = "radius_default")]
-            pub radius_m: Positive,
-            /// At a wall, an unknown static or the map's edge. Default: reflect.
-            #[serde(default)]
-            pub on_static: OnStatic,
-            /// Towards the robot. Default: ignore.
-            #[serde(default)]
-            pub on_robot: OnRobot,
-            /// Surface distance within which a yielding mover stops for a robot ahead of it, m. Default: 1.
-            #[serde(default = "yield_distance_default")]
-            pub yield_distance_m: NonNegative,
-        }
-    }
-
-    /// Movers with random position and heading, each from its own random stream.
-    pub mod random {
-        use super::*;
-        use crate::quantity::CountOrZero;
-
-        /// Parameters of random movers.
-        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-        #[serde(deny_unknown_fields, default)]
-        pub struct Params {
-            /// How many. Default: 1.
-            pub count: CountOrZero,
-            /// Radius of the disc, m. Default: 0.3.
-            pub radius_m: Positive,
-            /// Range [lowest, highest] from which the speed is drawn, m/s. Default: [0.5, 1].
-            pub speed_mps: [NonNegative; 2],
-            /// Which way they set out. Default: any.
-            pub heading: Heading,
-            /// At a wall, an unknown static or the map's edge. Default: reflect.
-            pub on_static: OnStatic,
-            /// Towards the robot. Default: ignore.
-            pub on_robot: OnRobot,
-            /// Surface distance within which a yielding mover stops for a robot ahead of it, m. Default: 1.
-            pub yield_distance_m: NonNegative,
-            /// Least surface distance to the robot at the start, m. Default: 3.
-            pub keep_from_start_m: NonNegative,
-        }
-
-        impl Default for Params {
-            fn default() -> Self {
-                Self {
-                    count: CountOrZero::new(1),
-                    radius_m: radius_default(),
-                    speed_mps: [NonNegative::new(0.5), NonNegative::new(1.0)],
-                    heading: Heading::default(),
-                    on_static: OnStatic::default(),
-                    on_robot: OnRobot::default(),
-                    yield_distance_m: yield_distance_default(),
-                    keep_from_start_m: NonNegative::new(3.0),
-                }
-            }
-        }
-    }
-
-    fn radius_default() -> Positive {
-        Positive::new(0.3)
-    }
-
-    fn yield_distance_default() -> NonNegative {
-        NonNegative::new(1.0)
     }
 }
 
