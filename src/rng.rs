@@ -36,6 +36,8 @@ pub enum Purpose {
     Planner = 10,
     /// Resampling when results are analysed (the bootstrap).
     Resampling = 11,
+    /// Points of a sweep.
+    Sweep = 12,
 }
 
 /// Words of the stream that one tick may draw from ([`Stream::at_tick`]).

@@ -19,14 +19,14 @@ fn experiment(name: &str, episodes: u32) -> Experiment {
     let file = ScenarioFile::open(root().join(format!("scenarios/{name}.yaml"))).unwrap();
     let edits = [Edit::parse(&format!("episodes={episodes}")).unwrap()];
     let scenario = file.read(&edits).unwrap();
-    file.check(&scenario, &edits).unwrap();
-    Experiment::new(scenario, file.folder()).unwrap()
+    let points = file.points(&scenario, &edits).unwrap();
+    Experiment::new(scenario, points, file.folder()).unwrap()
 }
 
 /// Runs the experiment to its end, but stops after `stop_after` blocks where given.
 fn run(experiment: &Experiment, path: &Path, threads: usize, stop_after: Option<u64>) {
     let identity = experiment.identity().unwrap();
-    let folder = Folder::open(path, identity, experiment.order(), Existing::Continue).unwrap();
+    let folder = Folder::open(path, identity, experiment.order().unwrap(), Existing::Continue).unwrap();
     let stop = || {
         if stop_after.is_some_and(|blocks| folder.blocks_done() >= blocks) {
             folder.stop();
@@ -92,7 +92,7 @@ fn threads_and_interruptions_do_not_change_a_byte() {
 fn a_row_alone_is_the_row_of_the_whole_run() {
     let experiment = experiment("05_crossing", 6);
     let whole = fs::read_to_string(root().join("results/reference/05_crossing/episodes.csv")).unwrap();
-    let drive = experiment.drive_one(5, 2).unwrap();
+    let drive = experiment.drive_one(0, 5, 2).unwrap();
     let mut line = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
     simrun::results::write_row(&mut line, &drive.row).unwrap();
     let line = String::from_utf8(line.into_inner().unwrap()).unwrap();

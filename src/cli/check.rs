@@ -1,6 +1,6 @@
 //! `simrun check`: everything that can be wrong before the first tick.
 
-use super::scenarios::Changes;
+use super::scenarios::{AtPoint, Changes};
 use super::{Failure, print};
 use std::path::PathBuf;
 
@@ -12,6 +12,9 @@ pub(super) struct Args {
     /// Print each scenario with every default filled in.
     #[arg(long)]
     resolved: bool,
+    /// Print the scenario at this point of its sweep, with every default filled in.
+    #[arg(long, value_name = "N")]
+    point: Option<u32>,
     #[command(flatten)]
     changes: Changes,
 }
@@ -19,11 +22,27 @@ pub(super) struct Args {
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
     for file in &args.scenarios {
         let experiment = args.changes.load(file)?;
-        if args.resolved {
-            print(&experiment.scenario().to_yaml())?;
-        } else {
-            let (stacks, episodes) = (experiment.stacks().len(), experiment.scenario().episodes.get());
-            print(&format!("{}: valid, {stacks} stacks, {episodes} episodes each\n", file.display()))?;
+        let episodes = experiment.scenario().episodes.get();
+        match (args.resolved, args.point) {
+            (true, None) => print(&experiment.scenario().to_yaml())?,
+            (_, Some(point)) => {
+                let point = AtPoint { point }.of(&experiment)?;
+                print(&experiment.scenario_at(point).to_yaml())?;
+            }
+            (false, None) if experiment.scenario().sweep.is_empty() => {
+                let stacks = experiment.stacks(0).len();
+                print(&format!("{}: valid, {stacks} stacks, {episodes} episodes each\n", file.display()))?;
+            }
+            (false, None) => {
+                let order = experiment.order().map_err(|error| Failure::Usage(format!("error: {error}")))?;
+                let points = order.points().len();
+                print(&format!("{}: valid, {points} points, {episodes} episodes each\n", file.display()))?;
+                for (number, point) in order.points().iter().enumerate() {
+                    let values = order.swept().iter().zip(&point.values).map(|(key, value)| format!("{key} = {value}"));
+                    let (values, stacks) = (values.collect::<Vec<_>>().join(", "), point.stacks.join(", "));
+                    print(&format!("  {number}: {values}: {stacks}\n"))?;
+                }
+            }
         }
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! `simrun draw`: one episode as a picture.
 
-use super::scenarios::Changes;
+use super::scenarios::{AtPoint, Changes};
 use super::{Failure, print, say};
 use crate::episode::Outcome;
 use crate::report::{self, Caption};
@@ -19,22 +19,25 @@ pub(super) struct Args {
     #[arg(short, long, default_value = "episode.svg")]
     output: PathBuf,
     #[command(flatten)]
+    point: AtPoint,
+    #[command(flatten)]
     changes: Changes,
 }
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
     let experiment = args.changes.load(&args.scenario)?;
-    let drive = experiment.drive_one(args.episode, 0).map_err(Failure::run)?;
+    let point = args.point.of(&experiment)?;
+    let drive = experiment.drive_one(point, args.episode, 0).map_err(Failure::run)?;
     let svg = report::draw(
         &drive.scene,
-        experiment.robot(),
+        experiment.robot(point),
         &drive.trace,
         &drive.row.outcome,
         &Caption {
             title: format!(
                 "{}: {}, episode {}, seed {}",
                 experiment.scenario().name,
-                experiment.stacks()[0].name,
+                experiment.stacks(point)[0].name,
                 args.episode,
                 experiment.scenario().seed
             ),

@@ -10,6 +10,7 @@ mod map;
 mod planners;
 mod run;
 mod scenarios;
+mod schema;
 mod verify;
 
 use clap::{Parser, Subcommand};
@@ -40,6 +41,8 @@ enum Command {
     Verify(verify::Args),
     /// Draw one episode as SVG.
     Draw(draw::Args),
+    /// Print the JSON Schema of scenario files, for editors.
+    Schema,
     /// Describe a map file, or write it in another format.
     Map(map::Args),
 }
@@ -71,6 +74,7 @@ pub fn main() -> ExitCode {
         Some(Command::Planners(args)) => planners::main(&args),
         Some(Command::Verify(args)) => verify::main(&args),
         Some(Command::Draw(args)) => draw::main(&args),
+        Some(Command::Schema) => schema::main(),
         Some(Command::Map(args)) => map::main(&args),
     };
     let (message, code) = match result {

@@ -1,6 +1,6 @@
 //! `simrun run`: scenarios become tables.
 
-use super::scenarios::Changes;
+use super::scenarios::{AtPoint, Changes};
 use super::{Failure, print, say};
 use crate::episode::Outcome;
 use crate::experiment::{Experiment, Worker};
@@ -22,6 +22,8 @@ pub(super) struct Args {
     /// Run this episode alone and print its rows as CSV; nothing but a --trace is written.
     #[arg(long, value_name = "N")]
     episode: Option<u64>,
+    #[command(flatten)]
+    point: AtPoint,
     /// Also write what happened tick by tick: one CSV per episode and stack, in FOLDER/traces.
     #[arg(long)]
     trace: bool,
@@ -41,6 +43,9 @@ pub(super) struct Args {
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
     if args.out.is_some() && args.scenarios.len() > 1 {
         return Err(Failure::Usage("error: --out names one folder, for one scenario".to_owned()));
+    }
+    if args.point.point > 0 && args.episode.is_none() {
+        return Err(Failure::Usage("error: --point runs one world: name its --episode as well".to_owned()));
     }
     if args.require_success.is_some_and(|rate| !(0.0..=1.0).contains(&rate)) {
         return Err(Failure::Usage("error: --require-success takes a rate from 0 to 1".to_owned()));
@@ -67,15 +72,15 @@ fn run(args: &Args, experiment: &Experiment) -> Result<(), Failure> {
             .map_err(|error| Failure::Run(format!("error: cannot create `{}`: {error}", traces.display())))?;
     }
     match args.episode {
-        Some(episode) => run_one(experiment, episode, traces.as_deref()),
+        Some(episode) => run_one(experiment, args.point.of(experiment)?, episode, traces.as_deref()),
         None => run_all(args, experiment, &folder, traces.as_deref()),
     }
 }
 
 /// Runs one episode and prints its rows.
-fn run_one(experiment: &Experiment, episode: u64, traces: Option<&Path>) -> Result<(), Failure> {
-    let rows = experiment.run_block(&mut Worker::default(), episode, traces).map_err(Failure::run)?;
-    let header = results::header_line(experiment.order().swept());
+fn run_one(experiment: &Experiment, point: u32, episode: u64, traces: Option<&Path>) -> Result<(), Failure> {
+    let rows = experiment.run_block(&mut Worker::default(), point, episode, traces).map_err(Failure::run)?;
+    let header = results::header_line(&experiment.scenario().sweep.keys());
     let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(header);
     for (row, _) in &rows {
         results::write_row(&mut table, row).map_err(Failure::run)?;
@@ -91,7 +96,8 @@ fn run_one(experiment: &Experiment, episode: u64, traces: Option<&Path>) -> Resu
 fn run_all(args: &Args, experiment: &Experiment, folder: &Path, traces: Option<&Path>) -> Result<(), Failure> {
     let existing = if args.force { Existing::Replace } else { Existing::Continue };
     let identity = experiment.identity().map_err(Failure::run)?;
-    let folder = Folder::open(folder, identity, experiment.order(), existing).map_err(Failure::run)?;
+    let order = experiment.order().map_err(|error| Failure::Usage(format!("error: {error}")))?;
+    let folder = Folder::open(folder, identity, order, existing).map_err(Failure::run)?;
     let shown = folder.path().display().to_string();
     match folder.opened() {
         Opened::Fresh => {}

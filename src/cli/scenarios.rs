@@ -32,16 +32,35 @@ impl Changes {
         let edits = edits.collect::<Result<Vec<Edit>, _>>().map_err(refuse)?;
         let file = ScenarioFile::open(file).map_err(refuse)?;
         let scenario = file.read(&edits).map_err(refuse)?;
-        file.check(&scenario, &edits).map_err(refuse)?;
-        let experiment = Experiment::new(scenario, file.folder());
+        let points = file.points(&scenario, &edits).map_err(refuse)?;
+        let experiment = Experiment::new(scenario, points, file.folder());
         let mut experiment = experiment.map_err(|error| Failure::Usage(format!("error: {error}")))?;
         if !self.stacks.is_empty() {
-            let known: Vec<String> = experiment.stacks().iter().map(|stack| stack.name.clone()).collect();
+            let known = experiment.stack_names();
             experiment.keep_stacks(&self.stacks).map_err(|unknown| {
                 let known: Vec<&str> = known.iter().map(String::as_str).collect();
                 Failure::Usage(format!("error: {}", crate::choice::unknown_name("stack", unknown, &known)))
             })?;
         }
         Ok(experiment)
+    }
+}
+
+/// Which point of the sweep is meant.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(super) struct AtPoint {
+    /// Which point of the scenario's sweep, counted from 0 (`simrun check` lists them).
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(super) point: u32,
+}
+
+impl AtPoint {
+    /// The point, if the experiment has it.
+    pub(super) fn of(&self, experiment: &Experiment) -> Result<u32, Failure> {
+        let (point, count) = (self.point, experiment.points());
+        if point < count {
+            return Ok(point);
+        }
+        Err(Failure::Usage(format!("error: there is no point {point}: the sweep has {count}, counted from 0")))
     }
 }

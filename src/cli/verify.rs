@@ -31,13 +31,14 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     print(&format!(
         "{}: {} rows, {EPISODES_CSV} and {SUMMARY_CSV} identical with 1 and {many} threads\n",
         args.scenario.display(),
-        experiment.order().rows(),
+        experiment.order().map_err(Failure::run)?.rows(),
     ))
 }
 
 fn run(experiment: &Experiment, folder: &Path, threads: usize) -> Result<(), Failure> {
     let identity = experiment.identity().map_err(Failure::run)?;
-    let folder = Folder::open(folder, identity, experiment.order(), Existing::Replace).map_err(Failure::run)?;
+    let folder = Folder::open(folder, identity, experiment.order().map_err(Failure::run)?, Existing::Replace)
+        .map_err(Failure::run)?;
     experiment.run(&folder, threads, None, || {}).map_err(Failure::run)?;
     folder.finish().map(|_| ()).map_err(Failure::run)
 }

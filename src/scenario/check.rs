@@ -24,7 +24,8 @@ impl Scenario {
     pub fn consistent(&self) -> Result<(), ScenarioError> {
         self.consistent_limits()?;
         self.consistent_termination()?;
-        self.consistent_stacks()
+        self.consistent_stacks()?;
+        self.sweep.consistent()
     }
 
     fn consistent_limits(&self) -> Result<(), ScenarioError> {

@@ -26,12 +26,15 @@ mod key_path;
 mod schema;
 mod shape;
 mod stacks;
+mod sweep;
 
 pub use edit::Edit;
 pub use error::ScenarioError;
 pub use file::{ScenarioFile, load};
 pub use key_path::{KeyPath, Step};
 pub use stacks::{Global, Listed, Product, Stacks};
+
+pub use sweep::{Sweep, SweepPoint};
 
 use crate::episode::TerminationSpec;
 use crate::map::MapSpec;
@@ -97,6 +100,9 @@ pub struct Scenario {
     pub metrics: MetricsSpec,
     /// The planners that drive.
     pub stacks: Stacks,
+    /// Keys that take several values, one after the other; by default none.
+    #[serde(default)]
+    pub sweep: Sweep,
 }
 
 fn one() -> u64 {
@@ -130,6 +136,12 @@ impl Scenario {
     pub fn schema() -> &'static serde_json::Value {
         static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(|| schemars::schema_for!(Scenario).to_value());
         &SCHEMA
+    }
+
+    /// The JSON Schema as text: what `simrun schema` prints and `docs/scenario.schema.json` holds.
+    pub fn schema_text() -> String {
+        let text = serde_json::to_string_pretty(Self::schema()).expect("a schema is a tree of texts and numbers");
+        text + "\n"
     }
 }
 

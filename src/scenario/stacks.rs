@@ -215,7 +215,7 @@ mod tests {
     fn every_spelling_of_a_choice_is_the_same_choice() {
         let plain: Stacks = serde_yaml::from_str("{global: [a_star], local: [dwa]}").unwrap();
         for text in [
-            "{global: [a_star: {}], local: [dwa: {}], path: [[]], replan: never}",
+            "{global: [a_star: {}], local: [dwa: {}], path: [[]]}",
             "{global: [{a_star: {}}], local: [{dwa: {}}], replan: {never: {}}}",
             "global:\n- a_star:\nlocal:\n- dwa:\nreplan:\n  never:\n",
             "{global: ['a_star'], local: [\"dwa\"]}",

@@ -1,0 +1,83 @@
+//! The JSON Schema against an independent validator: shipped scenarios pass, slips of the pen do not.
+
+#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+use simrun::scenario::Scenario;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const FILE: &str = "docs/scenario.schema.json";
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn scenarios(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            scenarios(&path, found);
+        } else if path.extension().is_some_and(|ending| ending == "yaml")
+            && !path.starts_with(root().join("scenarios/maps"))
+        {
+            found.push(path);
+        }
+    }
+}
+
+/// The file as the validator's own kind of tree.
+fn tree(text: &str) -> Option<serde_json::Value> {
+    serde_yaml::from_str(text).ok()
+}
+
+#[test]
+fn the_shipped_schema_is_the_one_that_the_command_prints() {
+    let path = root().join(FILE);
+    if std::env::var_os("SIMRUN_BLESS").is_some() {
+        fs::write(&path, Scenario::schema_text()).unwrap();
+    }
+    assert_eq!(fs::read_to_string(path).unwrap(), Scenario::schema_text(), "SIMRUN_BLESS=1 writes it anew");
+}
+
+#[test]
+fn every_shipped_scenario_is_valid_and_tells_editors_where_the_schema_is() {
+    let validator = jsonschema::validator_for(Scenario::schema()).unwrap();
+    let mut files = Vec::new();
+    scenarios(&root().join("scenarios"), &mut files);
+    assert!(files.len() >= 15, "{files:?}");
+    for file in files {
+        let text = fs::read_to_string(&file).unwrap();
+        let value = tree(&text).unwrap();
+        let errors: Vec<String> =
+            validator.iter_errors(&value).map(|error| format!("{}: {error}", error.instance_path())).collect();
+        assert!(errors.is_empty(), "{}: {errors:?}", file.display());
+        let depth = file.strip_prefix(root()).unwrap().components().count() - 1;
+        let line = format!("# yaml-language-server: $schema={}{FILE}", "../".repeat(depth));
+        assert!(text.lines().any(|found| found == line), "{} lacks `{line}`", file.display());
+    }
+}
+
+#[test]
+fn what_a_schema_can_say_is_refused_by_it() {
+    let validator = jsonschema::validator_for(Scenario::schema()).unwrap();
+    let base = "map: {empty: {cols: 20, rows: 10}}\nstacks: {global: [a_star], local: [dwa]}\n";
+    assert!(validator.is_valid(&tree(base).unwrap()));
+    for slip in [
+        "limits: {speed_max_mp: 1}",
+        "limits: {speed_max_mps: -1}",
+        "limits: {speed_max_mps: fast}",
+        "seed: -1",
+        "episodes: 0",
+        "obstacles: {moving: [randm]}",
+        "obstacles: {moving: [random: {count: 1.5}]}",
+        "sensing: 5",
+        "sweep: {robot.radius_m: 0.2}",
+        "sweep: {robot.radius_m: {from: 0.2, to: 0.3}}",
+    ] {
+        let text = format!("{base}{slip}\n");
+        assert!(!validator.is_valid(&tree(&text).unwrap()), "the schema lets `{slip}` pass");
+    }
+    for wrong in ["map: {empty: {cols: 20, rows: 10}}", "stacks: {global: [a_star], local: [dwa]}", "- 1"] {
+        assert!(!validator.is_valid(&tree(wrong).unwrap()), "the schema lets `{wrong}` pass");
+    }
+}
