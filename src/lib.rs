@@ -15,7 +15,7 @@
 //!
 //! **Data flows one way**, and a module imports only from those above it in this order: [`math`], [`quantity`], [`geometry`],
 //! [`rng`], [`clock`], [`choice`]; [`map`], [`robot`], [`observation`]; [`plan`]; [`world`]; [`trace`], [`episode`],
-//! [`metrics`]; [`scenario`]; [`analysis`], [`results`], [`experiment`]; [`report`], [`cli`]. Planners never see the world: they
+//! [`metrics`]; [`scenario`]; [`analysis`], [`results`], [`experiment`], [`comparison`]; [`report`], [`cli`]. Planners never see the world: they
 //! meet in [`episode`] alone, through an [`observation::Observation`] and a [`geometry::Twist`].
 //!
 //! **Frames and units.** SI throughout, angles in radians, x forward or east, y left or north, yaw counter-clockwise. Inside, positions
@@ -56,6 +56,7 @@ pub mod analysis;
 pub mod choice;
 pub mod cli;
 pub mod clock;
+pub mod comparison;
 pub mod episode;
 pub mod experiment;
 pub mod geometry;

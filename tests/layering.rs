@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The order of the house, ground first; a folder's own modules may name each other.
-const ORDER: [&str; 20] = [
+const ORDER: [&str; 21] = [
     "math",
     "quantity",
     "geometry",
@@ -25,6 +25,7 @@ const ORDER: [&str; 20] = [
     "analysis",
     "results",
     "experiment",
+    "comparison",
     "report",
     "cli",
 ];

@@ -4,6 +4,7 @@
 //! the robot did; 1 it could not run, or some row is `planner_error`; 2 bad usage or scenario,
 //! nothing was written; 3 a requirement was not met; 130 interrupted.
 
+mod analyze;
 mod check;
 mod draw;
 mod map;
@@ -39,6 +40,8 @@ enum Command {
     Planners(planners::Args),
     /// Run a scenario twice with different thread counts and compare every byte.
     Verify(verify::Args),
+    /// Compare the stacks of a run on the same worlds, or a run with an older one.
+    Analyze(analyze::Args),
     /// Draw one episode as SVG.
     Draw(draw::Args),
     /// Print the JSON Schema of scenario files, for editors.
@@ -73,6 +76,7 @@ pub fn main() -> ExitCode {
         Some(Command::Check(args)) => check::main(&args),
         Some(Command::Planners(args)) => planners::main(&args),
         Some(Command::Verify(args)) => verify::main(&args),
+        Some(Command::Analyze(args)) => analyze::main(&args),
         Some(Command::Draw(args)) => draw::main(&args),
         Some(Command::Schema) => schema::main(),
         Some(Command::Map(args)) => map::main(&args),

@@ -56,7 +56,7 @@ pub struct Row {
 
 impl Row {
     /// A row that says nothing yet, for a reader to fill.
-    fn blank() -> Self {
+    pub(crate) fn blank() -> Self {
         Self {
             scenario: String::new(),
             point: 0,

@@ -1,0 +1,84 @@
+//! `simrun analyze`: result files become comparisons.
+
+use super::{Failure, print};
+use crate::comparison::{self, Format, Plan, Section};
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// `episodes.csv` of a run; several are analysed one by one, never pooled.
+    #[arg(required = true, value_name = "EPISODES_CSV")]
+    files: Vec<PathBuf>,
+    /// The stack that the others are compared with; the first one by default.
+    #[arg(long, value_name = "STACK", conflicts_with = "all_pairs")]
+    reference: Option<String>,
+    /// Compare every stack with every other.
+    #[arg(long)]
+    all_pairs: bool,
+    /// Fisher's exact test and rank sums of independent samples, as some papers do, instead of tests of pairs.
+    #[arg(long)]
+    unpaired: bool,
+    /// Compare with an older run of the same scenario instead: rows that moved, tests of each stack; exit code 3 if it got worse.
+    #[arg(long, value_name = "EPISODES_CSV", conflicts_with_all = ["reference", "all_pairs", "unpaired"])]
+    baseline: Option<PathBuf>,
+    /// How to print it; csv holds the tests alone (summary.csv has the stacks).
+    #[arg(long, value_enum, default_value_t = Shape::Text)]
+    format: Shape,
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Shape {
+    Text,
+    Markdown,
+    Csv,
+}
+
+pub(super) fn main(args: &Args) -> Result<(), Failure> {
+    let read =
+        |file: &PathBuf| comparison::read_sections(file).map_err(|message| Failure::Usage(format!("error: {message}")));
+    let sections = args.files.iter().map(read).collect::<Result<Vec<Vec<Section>>, Failure>>()?.concat();
+    if let Some(old) = &args.baseline {
+        if args.files.len() > 1 {
+            return Err(Failure::Usage("error: --baseline compares one run with one older run".to_owned()));
+        }
+        return baseline(&read(old)?, &sections);
+    }
+    let plan = Plan { reference: args.reference.clone(), all_pairs: args.all_pairs, unpaired: args.unpaired };
+    let reports = sections.iter().map(|section| comparison::analyse(section, &plan));
+    let reports = reports.collect::<Result<Vec<_>, String>>().map_err(|m| Failure::Usage(format!("error: {m}")))?;
+    let format = match args.format {
+        Shape::Text => Format::Text,
+        Shape::Markdown => Format::Markdown,
+        Shape::Csv => Format::Csv,
+    };
+    print(&comparison::render(&reports, format))
+}
+
+/// Rows that moved, named one by one.
+const MOVED_SHOWN: usize = 20;
+
+fn baseline(old: &[Section], new: &[Section]) -> Result<(), Failure> {
+    let found = comparison::compare_baseline(old, new);
+    let mut text = format!(
+        "{} rows in both, {} moved, {} missing, {} new\n",
+        found.rows,
+        found.moved.len(),
+        found.missing,
+        found.added
+    );
+    for (point, stack, episode) in found.moved.iter().take(MOVED_SHOWN) {
+        text += &format!("  moved: point {point}, {stack}, episode {episode}\n");
+    }
+    if found.moved.len() > MOVED_SHOWN {
+        text += &format!("  … and {} more\n", found.moved.len() - MOVED_SHOWN);
+    }
+    if !found.comparisons.is_empty() {
+        text += "\nNew against old, on the same worlds:\n";
+        text += &comparison::comparison_table(&found.comparisons);
+    }
+    print(&text)?;
+    if found.regressions.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::Requirement(format!("error: worse than the baseline: {}", found.regressions.join("; "))))
+}

@@ -1,0 +1,123 @@
+//! A run against an older one: what moved, and whether it got worse.
+
+use super::{ALPHA, Comparison, METRICS, Section, StackRows, compare_pairs, correct};
+use crate::analysis::Better;
+use crate::episode::Outcome;
+
+/// What an older run says of a newer one.
+#[derive(Clone, Debug)]
+pub struct Baseline {
+    /// Rows that both runs have.
+    pub rows: u64,
+    /// Those whose trace moved: (point, stack, episode).
+    pub moved: Vec<(u32, String, u64)>,
+    /// Rows of the older run that the newer one lacks.
+    pub missing: u64,
+    /// Rows that only the newer run has.
+    pub added: u64,
+    /// New against old, of each stack that moved; `reference` is the old run.
+    pub comparisons: Vec<Comparison>,
+    /// What got worse, in words: empty where nothing did.
+    pub regressions: Vec<String>,
+}
+
+/// Compares a run with an older one of the same scenario, stack by stack on the same worlds.
+///
+/// A regression is a test that is significant after Holm's correction over all stacks and metrics and points the wrong way
+/// (less success, longer, slower, less clearance), a planner that crashes where it did not, or a missing row.
+pub fn compare_baseline(old: &[Section], new: &[Section]) -> Baseline {
+    let mut result =
+        Baseline { rows: 0, moved: Vec::new(), missing: 0, added: 0, comparisons: Vec::new(), regressions: Vec::new() };
+    let find = |sections: &'_ [Section], point: u32, name: &str| -> Option<StackRows> {
+        let section = sections.iter().find(|section| section.point == point)?;
+        section.stacks.iter().find(|stack| stack.name == name).cloned()
+    };
+    for section in old {
+        for before in &section.stacks {
+            let Some(after) = find(new, section.point, &before.name) else {
+                result.missing += before.rows.len() as u64;
+                continue;
+            };
+            let mut crashes = 0;
+            let moved_before = result.moved.len();
+            for (world, row) in &before.rows {
+                let Some(now) = after.rows.get(world) else {
+                    result.missing += 1;
+                    continue;
+                };
+                result.rows += 1;
+                if now.trace_digest != row.trace_digest || now.outcome != row.outcome {
+                    result.moved.push((section.point, before.name.clone(), row.episode));
+                }
+                let crashed = |outcome: &Outcome| matches!(outcome, Outcome::PlannerError { .. });
+                crashes += u64::from(crashed(&now.outcome) && !crashed(&row.outcome));
+            }
+            if crashes > 0 {
+                result.regressions.push(format!("{} crashes in {crashes} episodes in which it did not", before.name));
+            }
+            if result.moved.len() > moved_before {
+                result.comparisons.extend(compare_pairs(before, &after));
+            }
+        }
+    }
+    for section in new {
+        for after in &section.stacks {
+            let before = find(old, section.point, &after.name);
+            let is_new = |world: &&(u64, u64)| before.as_ref().is_none_or(|before| !before.rows.contains_key(*world));
+            result.added += after.rows.keys().filter(is_new).count() as u64;
+        }
+    }
+    correct(&mut result.comparisons);
+    if result.missing > 0 {
+        result.regressions.push(format!("{} rows of the baseline are missing", result.missing));
+    }
+    for comparison in &result.comparisons {
+        let better = METRICS
+            .iter()
+            .find(|metric| metric.name == comparison.metric)
+            .map_or(Better::Higher, |metric| metric.better);
+        let worse = comparison.difference.is_some_and(|difference| match better {
+            Better::Higher => difference < 0.0,
+            Better::Lower => difference > 0.0,
+        });
+        if worse && comparison.p_holm <= ALPHA {
+            let (stack, metric) = (&comparison.stack, comparison.metric);
+            let difference = comparison.difference.unwrap_or_default();
+            result.regressions.push(format!("{stack}: {metric} by {difference:+.3} (p = {:.2e})", comparison.p_holm));
+        }
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::section;
+    use super::*;
+
+    #[test]
+    fn equal_runs_have_not_moved_and_nothing_is_tested() {
+        let old = section(&[("a", "ssssf", &[1.0, 2.0, 3.0, 4.0])]);
+        let found = compare_baseline(std::slice::from_ref(&old), std::slice::from_ref(&old));
+        assert_eq!((found.rows, found.moved.len(), found.missing, found.added), (5, 0, 0, 0));
+        assert!(found.comparisons.is_empty() && found.regressions.is_empty());
+    }
+
+    #[test]
+    fn fewer_successes_are_a_regression_and_more_are_not() {
+        let (good, bad) = ("s".repeat(30), "f".repeat(15) + &"s".repeat(15));
+        let (good, bad) = (section(&[("a", &good, &[])]), section(&[("a", &bad, &[])]));
+        let worse = compare_baseline(std::slice::from_ref(&good), std::slice::from_ref(&bad));
+        assert_eq!(worse.moved.len(), 15);
+        assert!(worse.regressions.len() == 1 && worse.regressions[0].contains("a: success by -50"), "{worse:?}");
+        let better = compare_baseline(std::slice::from_ref(&bad), std::slice::from_ref(&good));
+        assert!(better.regressions.is_empty() && better.moved.len() == 15);
+    }
+
+    #[test]
+    fn missing_rows_are_a_regression_and_new_ones_are_counted() {
+        let (old, new) = (section(&[("a", "ssss", &[])]), section(&[("a", "sss", &[]), ("b", "ss", &[])]));
+        let found = compare_baseline(&[old], &[new]);
+        assert_eq!((found.missing, found.added), (1, 2));
+        assert_eq!(found.regressions, ["1 rows of the baseline are missing"]);
+    }
+}

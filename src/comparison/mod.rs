@@ -1,0 +1,377 @@
+//! Stacks against each other, and runs against older runs: what rows of `episodes.csv` say when the same worlds are
+//! compared in pairs.
+//!
+//! The statistics themselves are in [`analysis`](crate::analysis); here rows become pairs, pairs become tests, and tests
+//! become tables. Nothing is pooled: every file and every point of a sweep is a section of its own.
+
+mod baseline;
+mod read;
+mod render;
+
+pub use baseline::{Baseline, compare_baseline};
+pub use read::{Section, StackRows, read_sections};
+pub use render::{Format, comparison_table, render};
+
+use crate::analysis::{
+    Better, Location, PairedOutcomes, Ranking, bootstrap_interval, discordant_odds_ratio, fisher_exact, holm,
+    informative_pairs_min, mcnemar_exact, paired_differences, pairs, quantile, rank_biserial, rank_sum, signed_rank,
+    wilson,
+};
+use crate::analysis::{RankSum, Z_95};
+use crate::episode::Outcome;
+use crate::metrics::Metrics;
+
+/// The error rate of the whole family of tests of a section.
+pub const ALPHA: f64 = 0.05;
+
+/// A metric that stacks are compared by, on the worlds that both solved.
+#[derive(Clone, Copy, Debug)]
+pub struct Metric {
+    /// Its column.
+    pub name: &'static str,
+    /// Its value in a row.
+    pub get: fn(&Metrics) -> Option<f64>,
+    /// Which direction is good.
+    pub better: Better,
+}
+
+/// The metrics of every comparison.
+pub const METRICS: [Metric; 3] = [
+    Metric { name: "length_m", get: |metrics| metrics.length_m, better: Better::Lower },
+    Metric { name: "time_s", get: |metrics| metrics.time_s, better: Better::Lower },
+    Metric { name: "clearance_min_m", get: |metrics| metrics.clearance_min_m, better: Better::Higher },
+];
+
+/// What a stack did, by itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StackSummary {
+    /// Its name.
+    pub stack: String,
+    /// Episodes in a feasible world.
+    pub n: u64,
+    /// Episodes per outcome, in the order of [`Outcome::NAMES`].
+    pub outcomes: [u64; Outcome::NAMES.len()],
+    /// Success rate with its Wilson 95 % interval, 0 to 1; `None` without an episode.
+    pub success: Option<[f64; 3]>,
+    /// Of each of [`METRICS`], over the successes: mean, sd, median, lower and upper quartile.
+    pub metrics: Vec<Option<[f64; 5]>>,
+}
+
+/// One test of two stacks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// The stack compared with.
+    pub reference: String,
+    /// The stack that is compared.
+    pub stack: String,
+    /// `success` or the column of a metric.
+    pub metric: &'static str,
+    /// The test.
+    pub test: &'static str,
+    /// Worlds that it looks at.
+    pub n: u64,
+    /// Of these, the worlds that tell: in which exactly one succeeded, or the metric differs.
+    pub informative: u64,
+    /// Mean of stack − reference; of success in percentage points.
+    pub difference: Option<f64>,
+    /// Its 95 % bootstrap interval; `None` where pairs do not exist.
+    pub interval: Option<(f64, f64)>,
+    /// Two-sided p-value.
+    pub p: f64,
+    /// The same after Holm's correction over the family of the section.
+    pub p_holm: f64,
+    /// Effect size: discordant odds ratio of stack to reference for success (infinite where only the stack won alone),
+    /// matched-pairs rank-biserial correlation for a metric.
+    pub effect: Option<f64>,
+    /// Whether so few worlds tell that no outcome of theirs could have been significant.
+    pub too_few: bool,
+}
+
+/// What is said of one section.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// Where the rows come from, and which point of a sweep they are.
+    pub title: String,
+    /// Every stack by itself.
+    pub stacks: Vec<StackSummary>,
+    /// The tests.
+    pub comparisons: Vec<Comparison>,
+    /// Groups of stacks that the data cannot tell apart by success: the letters of each stack.
+    pub letters: Vec<String>,
+    /// Whether pairs of the same worlds were compared.
+    pub paired: bool,
+}
+
+/// Which comparisons are made.
+#[derive(Clone, Debug, Default)]
+pub struct Plan {
+    /// The stack that the others are compared with; the first one where absent.
+    pub reference: Option<String>,
+    /// Every stack with every other.
+    pub all_pairs: bool,
+    /// Fisher's exact test and rank sums of independent samples, as some papers do, instead of pairs.
+    pub unpaired: bool,
+}
+
+/// Analyses one section.
+///
+/// # Errors
+/// The stacks that there are, if the reference is none of them.
+pub fn analyse(section: &Section, plan: &Plan) -> Result<Report, String> {
+    let stacks = &section.stacks;
+    let reference = match &plan.reference {
+        None => 0,
+        Some(name) => stacks.iter().position(|stack| stack.name == *name).ok_or_else(|| {
+            let known: Vec<&str> = stacks.iter().map(|stack| stack.name.as_str()).collect();
+            crate::choice::unknown_name("stack", name, &known)
+        })?,
+    };
+    let chosen: Vec<(usize, usize)> = if plan.all_pairs {
+        pairs(stacks.len()).collect()
+    } else {
+        (0..stacks.len()).filter(|&other| other != reference).map(|other| (reference, other)).collect()
+    };
+    let compare = if plan.unpaired { compare_unpaired } else { compare_pairs };
+    let mut comparisons: Vec<Comparison> = chosen.iter().flat_map(|&(a, b)| compare(&stacks[a], &stacks[b])).collect();
+    correct(&mut comparisons);
+
+    // The ranking is a family of its own: every pair of stacks by success.
+    let p: Vec<f64> = pairs(stacks.len()).map(|(a, b)| mcnemar_exact(outcomes(&stacks[a], &stacks[b]))).collect();
+    let rates: Vec<f64> = stacks.iter().map(StackRows::success_rate).collect();
+    let letters = Ranking::new(&rates, Better::Higher, &holm(&p), ALPHA).letters();
+    Ok(Report {
+        title: section.title.clone(),
+        stacks: stacks.iter().map(summary).collect(),
+        comparisons,
+        letters,
+        paired: !plan.unpaired,
+    })
+}
+
+/// Corrects the p-values of one family, and says which tests had no chance.
+fn correct(comparisons: &mut [Comparison]) {
+    if comparisons.is_empty() {
+        return;
+    }
+    let least = u64::from(informative_pairs_min(ALPHA, comparisons.len()));
+    let adjusted = holm(&comparisons.iter().map(|comparison| comparison.p).collect::<Vec<_>>());
+    for (comparison, p_holm) in comparisons.iter_mut().zip(adjusted) {
+        comparison.p_holm = p_holm;
+        comparison.too_few = comparison.informative < least;
+    }
+}
+
+fn summary(stack: &StackRows) -> StackSummary {
+    let rows = || stack.rows.values().filter(|row| !matches!(row.outcome, Outcome::InfeasibleWorld { .. }));
+    let mut outcomes = [0; Outcome::NAMES.len()];
+    for row in stack.rows.values() {
+        let index = Outcome::NAMES.iter().position(|name| *name == row.outcome.name());
+        outcomes[index.expect("every outcome has a name")] += 1;
+    }
+    let n = rows().count() as u64;
+    let successes = rows().filter(|row| row.outcome == Outcome::Success).count() as u64;
+    let success = wilson(successes, n, Z_95).map(|(low, high)| [successes as f64 / n as f64, low, high]);
+    let of = |metric: &Metric| {
+        let values = rows().filter(|row| row.outcome == Outcome::Success).filter_map(|row| (metric.get)(&row.metrics));
+        let mut values: Vec<f64> = values.collect();
+        let mean = (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)?;
+        let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
+        let sd = (squares / crate::math::max(values.len() as f64 - 1.0, 1.0)).sqrt();
+        values.sort_by(f64::total_cmp);
+        let [median, q1, q3] = [0.5, 0.25, 0.75].map(|p| quantile(&values, p));
+        Some([mean, sd, median?, q1?, q3?])
+    };
+    StackSummary { stack: stack.name.clone(), n, outcomes, success, metrics: METRICS.iter().map(of).collect() }
+}
+
+/// How both stacks ended the worlds that both drove: the first of the two is `first`.
+fn outcomes(first: &StackRows, second: &StackRows) -> PairedOutcomes {
+    let (a, b): (Vec<bool>, Vec<bool>) =
+        first.shared(second).map(|(a, b)| (a.outcome == Outcome::Success, b.outcome == Outcome::Success)).unzip();
+    PairedOutcomes::count(&a, &b)
+}
+
+/// The tests of one pair of stacks on the worlds that both drove.
+pub(crate) fn compare_pairs(reference: &StackRows, stack: &StackRows) -> Vec<Comparison> {
+    let table = outcomes(stack, reference);
+    let points: Vec<f64> = stack
+        .shared(reference)
+        .map(|(a, b)| {
+            100.0
+                * (f64::from(u8::from(a.outcome == Outcome::Success))
+                    - f64::from(u8::from(b.outcome == Outcome::Success)))
+        })
+        .collect();
+    let blank = Comparison {
+        reference: reference.name.clone(),
+        stack: stack.name.clone(),
+        metric: "success",
+        test: "McNemar, exact",
+        n: table.pairs(),
+        informative: table.discordant(),
+        difference: mean(&points),
+        interval: bootstrap_interval(&points, Location::Mean, 0.95),
+        p: mcnemar_exact(table),
+        p_holm: 1.0,
+        effect: match (table.first_only, table.second_only) {
+            (0, 0) => None,
+            (_, 0) => Some(f64::INFINITY),
+            _ => discordant_odds_ratio(table),
+        },
+        too_few: false,
+    };
+    let metrics = METRICS.iter().map(|metric| {
+        let both = stack
+            .shared(reference)
+            .filter(|(a, b)| a.outcome == Outcome::Success && b.outcome == Outcome::Success)
+            .filter_map(|(a, b)| Some(((metric.get)(&a.metrics)?, (metric.get)(&b.metrics)?)));
+        let (ours, theirs): (Vec<f64>, Vec<f64>) = both.unzip();
+        let differences = paired_differences(&ours, &theirs);
+        let test = signed_rank(&differences);
+        Comparison {
+            metric: metric.name,
+            test: "Wilcoxon, signed rank",
+            n: differences.len() as u64,
+            informative: test.ranked as u64,
+            difference: mean(&differences),
+            interval: bootstrap_interval(&differences, Location::Mean, 0.95),
+            p: test.p,
+            effect: rank_biserial(&test),
+            ..blank.clone()
+        }
+    });
+    let metrics: Vec<Comparison> = metrics.collect();
+    [vec![blank], metrics].concat()
+}
+
+/// The tests of two stacks as if their worlds had nothing to do with each other.
+fn compare_unpaired(reference: &StackRows, stack: &StackRows) -> Vec<Comparison> {
+    let count = |stack: &StackRows| {
+        let feasible = stack.rows.values().filter(|row| !matches!(row.outcome, Outcome::InfeasibleWorld { .. }));
+        let n = feasible.count() as u64;
+        (stack.successes(), n - stack.successes())
+    };
+    let ((a, b), (c, d)) = (count(stack), count(reference));
+    let rate = |yes: u64, no: u64| (yes + no > 0).then(|| 100.0 * yes as f64 / (yes + no) as f64);
+    let success = Comparison {
+        reference: reference.name.clone(),
+        stack: stack.name.clone(),
+        metric: "success",
+        test: "Fisher, exact",
+        n: a + b + c + d,
+        informative: a + b + c + d,
+        difference: rate(a, b).zip(rate(c, d)).map(|(ours, theirs)| ours - theirs),
+        interval: None,
+        p: fisher_exact([[a, b], [c, d]]),
+        p_holm: 1.0,
+        effect: (b * c > 0).then(|| (a * d) as f64 / (b * c) as f64),
+        too_few: false,
+    };
+    let values = |stack: &StackRows, metric: &Metric| -> Vec<f64> {
+        let solved = stack.rows.values().filter(|row| row.outcome == Outcome::Success);
+        solved.filter_map(|row| (metric.get)(&row.metrics)).collect()
+    };
+    let metrics = METRICS.iter().map(|metric| {
+        let (ours, theirs) = (values(stack, metric), values(reference, metric));
+        let RankSum { first, second, p, .. } = rank_sum(&ours, &theirs);
+        let n = (ours.len() + theirs.len()) as u64;
+        Comparison {
+            metric: metric.name,
+            test: "rank sum",
+            n,
+            informative: n,
+            difference: mean(&ours).zip(mean(&theirs)).map(|(ours, theirs)| ours - theirs),
+            p,
+            effect: (first + second > 0.0).then(|| (first - second) / (first + second)),
+            ..success.clone()
+        }
+    });
+    let metrics: Vec<Comparison> = metrics.collect();
+    [vec![success.clone()], metrics].concat()
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::results::Row;
+
+    /// Rows of stacks, one character an episode: `s` success, `c` collision at time-out's length, `i` infeasible.
+    pub(crate) fn section(stacks: &[(&str, &str, &[f64])]) -> Section {
+        let stacks = stacks.iter().map(|&(name, ends, lengths)| {
+            let rows = ends.chars().enumerate().map(|(episode, end)| {
+                let outcome = match end {
+                    's' => Outcome::Success,
+                    'i' => Outcome::InfeasibleWorld { message: String::new() },
+                    _ => Outcome::Timeout,
+                };
+                let length_m = lengths.get(episode).copied();
+                let metrics = Metrics { length_m, time_s: length_m.map(|x| 2.0 * x), ..Metrics::default() };
+                let row = Row { stack: name.to_owned(), episode: episode as u64, outcome, metrics, ..Row::blank() };
+                ((0, episode as u64), row)
+            });
+            StackRows { name: name.to_owned(), rows: rows.collect() }
+        });
+        Section { title: "made up".to_owned(), point: 0, swept: Vec::new(), stacks: stacks.collect() }
+    }
+
+    #[test]
+    fn a_stack_is_summed_up_without_its_infeasible_worlds() {
+        let section = section(&[("a", "sssfi", &[1.0, 2.0, 4.0, 9.0])]);
+        let report = analyse(&section, &Plan::default()).unwrap();
+        let a = &report.stacks[0];
+        assert_eq!((a.n, a.outcomes), (4, [3, 0, 1, 0, 0, 0, 1]));
+        // Wilson's interval of 3 of 4, by the formula: (0.75 + z²/8 ± z √(0.75·0.25/4 + z²/64)) / (1 + z²/4).
+        let [rate, low, high] = a.success.unwrap();
+        assert!(rate == 0.75 && (low - 0.300_642).abs() < 1e-5 && (high - 0.954_413).abs() < 1e-5, "{low} {high}");
+        let [mean, sd, median, q1, q3] = a.metrics[0].unwrap();
+        assert!((mean - 7.0 / 3.0).abs() < 1e-12 && (sd - (7.0f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert_eq!((median, q1, q3), (2.0, 1.5, 3.0));
+    }
+
+    #[test]
+    fn pairs_are_tested_as_by_hand() {
+        // Eight worlds; a alone solves two, b alone none, both five, of which lengths differ by +1, +2, −3, 0, +4 (b − a).
+        let a = [10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0];
+        let b = [11.0, 12.0, 7.0, 10.0, 14.0, 9.0, 9.0, 9.0];
+        let section = section(&[("a", "sssssssf", &a), ("b", "sssssfff", &b)]);
+        let report = analyse(&section, &Plan::default()).unwrap();
+        let [success, length, ..] = report.comparisons.as_slice() else { panic!("{report:?}") };
+        assert_eq!((success.n, success.informative, success.difference), (8, 2, Some(-25.0)));
+        assert_eq!((success.p, success.effect), (0.5, Some(0.0)), "2 · (1/2)²");
+        assert_eq!((length.n, length.informative, length.difference), (5, 4, Some(0.8)));
+        // Ranks 1, 2, 3, 4 with W⁻ = 3: subsets with a sum up to 3 are ∅, 1, 2, 3, 1+2: p = 2 · 5 / 16.
+        assert_eq!((length.p, length.effect), (0.625, Some(0.4)));
+        assert!(length.too_few && success.too_few);
+        assert_eq!(report.letters, ["a", "a"]);
+    }
+
+    #[test]
+    fn a_clear_difference_is_found_and_ranked() {
+        let wins = "s".repeat(40);
+        let losses = "f".repeat(20) + &"s".repeat(20);
+        let section = section(&[("good", &wins, &[]), ("bad", &losses, &[]), ("fine", &wins, &[])]);
+        let report = analyse(&section, &Plan { all_pairs: true, ..Plan::default() }).unwrap();
+        let success: Vec<&Comparison> = report.comparisons.iter().filter(|c| c.metric == "success").collect();
+        assert_eq!(success.len(), 3);
+        assert!(success[0].p_holm < 1e-4 && success[0].difference == Some(-50.0) && !success[0].too_few);
+        assert_eq!(success[0].effect, Some(0.0));
+        assert_eq!(success[2].effect, Some(f64::INFINITY), "fine against bad");
+        assert_eq!(report.letters, ["a", "b", "a"]);
+        let wrong = Plan { reference: Some("goood".to_owned()), ..Plan::default() };
+        assert!(analyse(&section, &wrong).unwrap_err().contains("did you mean `good`?"));
+    }
+
+    #[test]
+    fn unpaired_tests_are_those_of_the_papers() {
+        // 116 of 120 against 104 of 120: the two-sided Fisher test of the notes on gao2025 (T8), p = 0.009.
+        let (a, b) = ("s".repeat(116) + "ffff", "s".repeat(104) + &"f".repeat(16));
+        let section = section(&[("a", &a, &[]), ("b", &b, &[])]);
+        let report = analyse(&section, &Plan { unpaired: true, ..Plan::default() }).unwrap();
+        assert_eq!(report.comparisons[0].test, "Fisher, exact");
+        assert!((report.comparisons[0].p - 0.009).abs() < 5e-4, "{}", report.comparisons[0].p);
+    }
+}

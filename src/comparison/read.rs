@@ -1,0 +1,88 @@
+//! Rows of result files, sorted into sections that may be compared within.
+
+use crate::episode::Outcome;
+use crate::results::{ReadError, Reader, Row};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+/// The rows of one file at one point of its sweep.
+#[derive(Clone, Debug)]
+pub struct Section {
+    /// File, and the point's keys and values.
+    pub title: String,
+    /// Number of the point.
+    pub point: u32,
+    /// Swept keys and their values.
+    pub swept: Vec<(String, String)>,
+    /// The stacks, in the order of their first rows.
+    pub stacks: Vec<StackRows>,
+}
+
+/// The rows of one stack.
+#[derive(Clone, Debug)]
+pub struct StackRows {
+    /// Its name.
+    pub name: String,
+    /// One row per world: (seed, episode).
+    pub rows: BTreeMap<(u64, u64), Row>,
+}
+
+impl StackRows {
+    /// The rows of the worlds that both stacks drove, feasible ones only, in the order of the worlds.
+    pub fn shared<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = (&'a Row, &'a Row)> {
+        let feasible = |row: &Row| !matches!(row.outcome, Outcome::InfeasibleWorld { .. });
+        self.rows
+            .iter()
+            .filter_map(|(world, row)| Some((row, other.rows.get(world)?)))
+            .filter(move |(a, b)| feasible(a) && feasible(b))
+    }
+
+    /// Number of successes.
+    pub fn successes(&self) -> u64 {
+        self.rows.values().filter(|row| row.outcome == Outcome::Success).count() as u64
+    }
+
+    /// Successes by episodes in feasible worlds; 0 without any.
+    pub fn success_rate(&self) -> f64 {
+        let feasible = self.rows.values().filter(|row| !matches!(row.outcome, Outcome::InfeasibleWorld { .. })).count();
+        if feasible == 0 { 0.0 } else { self.successes() as f64 / feasible as f64 }
+    }
+}
+
+/// Reads an `episodes.csv` into one section per point.
+///
+/// # Errors
+/// What is wrong with the file, with its line; also two rows of one stack in one world.
+pub fn read_sections(path: &Path) -> Result<Vec<Section>, String> {
+    let shown = path.display();
+    let file = File::open(path).map_err(|error| format!("cannot read `{shown}`: {error}"))?;
+    let place = |error: ReadError| format!("{shown}: {error}");
+    let mut reader = Reader::new(BufReader::new(file)).map_err(place)?;
+    let keys = reader.swept().to_vec();
+    let mut sections: Vec<Section> = Vec::new();
+    while let Some(row) = reader.next() {
+        let row = row.map_err(place)?;
+        let known = sections.iter().position(|section| section.point == row.point);
+        let index = known.unwrap_or_else(|| {
+            let swept: Vec<(String, String)> = keys.iter().cloned().zip(row.swept.iter().cloned()).collect();
+            let values: Vec<String> = swept.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+            let title = [shown.to_string(), values.join(", ")].into_iter().filter(|part| !part.is_empty());
+            let title = title.collect::<Vec<_>>().join(": ");
+            sections.push(Section { title, point: row.point, swept, stacks: Vec::new() });
+            sections.len() - 1
+        });
+        let stacks = &mut sections[index].stacks;
+        let stack = stacks.iter().position(|stack| stack.name == row.stack).unwrap_or_else(|| {
+            stacks.push(StackRows { name: row.stack.clone(), rows: BTreeMap::new() });
+            stacks.len() - 1
+        });
+        let (line, world) = (reader.line(), (row.seed, row.episode));
+        let name = row.stack.clone();
+        if stacks[stack].rows.insert(world, row).is_some() {
+            return Err(format!("{shown}: line {line}: a second row of `{name}` in episode {}", world.1));
+        }
+    }
+    Ok(sections)
+}
