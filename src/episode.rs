@@ -88,7 +88,7 @@ pub struct TerminationSpec {
     pub timeout_s: Option<Positive>,
     /// The robot is stuck when it stays within this distance of where it was, m, …; default 0.3.
     pub stuck_radius_m: Positive,
-    /// … for this long, s; default 30, longer than any planned wait.
+    /// … for this long, s, while no path is being planned; default 30, longer than any planned wait.
     pub stuck_after_s: Positive,
 }
 
@@ -238,7 +238,8 @@ impl Runner {
             if (scene.goal - position).norm() <= goal_tolerance_m {
                 return Outcome::Success;
             }
-            if (position - anchor.0).norm() > termination.stuck_radius_m.get() {
+            // A robot that waits for its path is not stuck.
+            if stack.is_planning() || (position - anchor.0).norm() > termination.stuck_radius_m.get() {
                 anchor = (position, tick + 1);
             } else if tick + 1 - anchor.1 >= stuck_ticks {
                 return Outcome::Stuck;

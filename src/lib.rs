@@ -15,7 +15,7 @@
 //!
 //! **Data flows one way**, and a module imports only from those above it in this order: [`math`], [`quantity`], [`geometry`],
 //! [`rng`], [`clock`], [`choice`]; [`map`], [`robot`], [`observation`]; [`plan`]; [`world`]; [`trace`], [`episode`],
-//! [`metrics`]; [`scenario`]; [`analysis`], [`results`], [`experiment`], [`comparison`]; [`report`], [`cli`]. Planners never see the world: they
+//! [`metrics`]; [`scenario`]; [`analysis`], [`results`], [`experiment`], [`comparison`], [`mod@paper`]; [`report`], [`cli`]. Planners never see the world: they
 //! meet in [`episode`] alone, through an [`observation::Observation`] and a [`geometry::Twist`].
 //!
 //! **Frames and units.** SI throughout, angles in radians, x forward or east, y left or north, yaw counter-clockwise. Inside, positions
@@ -64,6 +64,7 @@ pub mod map;
 pub mod math;
 pub mod metrics;
 pub mod observation;
+pub mod paper;
 pub mod plan;
 pub mod quantity;
 pub mod report;

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The order of the house, ground first; a folder's own modules may name each other.
-const ORDER: [&str; 21] = [
+const ORDER: [&str; 22] = [
     "math",
     "quantity",
     "geometry",
@@ -26,6 +26,7 @@ const ORDER: [&str; 21] = [
     "results",
     "experiment",
     "comparison",
+    "paper",
     "report",
     "cli",
 ];

@@ -9,6 +9,7 @@ mod check;
 mod draw;
 mod map;
 mod planners;
+mod reproduce;
 mod run;
 mod scenarios;
 mod schema;
@@ -42,6 +43,8 @@ enum Command {
     Verify(verify::Args),
     /// Compare the stacks of a run on the same worlds, or a run with an older one.
     Analyze(analyze::Args),
+    /// Run the tables of a paper and judge its claims.
+    Reproduce(reproduce::Args),
     /// Draw one episode as SVG.
     Draw(draw::Args),
     /// Print the JSON Schema of scenario files, for editors.
@@ -77,6 +80,7 @@ pub fn main() -> ExitCode {
         Some(Command::Planners(args)) => planners::main(&args),
         Some(Command::Verify(args)) => verify::main(&args),
         Some(Command::Analyze(args)) => analyze::main(&args),
+        Some(Command::Reproduce(args)) => reproduce::main(&args),
         Some(Command::Draw(args)) => draw::main(&args),
         Some(Command::Schema) => schema::main(),
         Some(Command::Map(args)) => map::main(&args),

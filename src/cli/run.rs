@@ -148,7 +148,7 @@ fn judge(args: &Args, summary: &[SummaryRow]) -> Result<(), Failure> {
     }
 }
 
-fn progress_bar(quiet: bool, blocks: u64, done: u64) -> ProgressBar {
+pub(super) fn progress_bar(quiet: bool, blocks: u64, done: u64) -> ProgressBar {
     let bar = ProgressBar::new(blocks);
     if quiet {
         bar.set_draw_target(ProgressDrawTarget::hidden());
@@ -162,10 +162,10 @@ fn progress_bar(quiet: bool, blocks: u64, done: u64) -> ProgressBar {
 }
 
 /// While it lives, a planner's panic is a row of the results and not a message on the terminal.
-struct QuietPanics;
+pub(super) struct QuietPanics;
 
 impl QuietPanics {
-    fn install() -> Self {
+    pub(super) fn install() -> Self {
         std::panic::set_hook(Box::new(|_| {}));
         Self
     }

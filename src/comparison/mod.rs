@@ -10,7 +10,7 @@ mod render;
 
 pub use baseline::{Baseline, compare_baseline};
 pub use read::{Section, StackRows, read_sections};
-pub use render::{Format, comparison_table, render};
+pub use render::{Format, comparison_table, render, table};
 
 use crate::analysis::{
     Better, Location, PairedOutcomes, Ranking, bootstrap_interval, discordant_odds_ratio, fisher_exact, holm,

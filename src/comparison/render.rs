@@ -25,7 +25,7 @@ pub fn render(reports: &[Report], format: Format) -> String {
 }
 
 /// Rows of cells as a table; the first row is the head. Text is aligned, the first `left` columns to the left.
-pub(crate) fn table(rows: &[Vec<String>], left: usize, format: Format) -> String {
+pub fn table(rows: &[Vec<String>], left: usize, format: Format) -> String {
     let mut text = String::new();
     if format == Format::Markdown {
         for (index, row) in rows.iter().enumerate() {

@@ -411,6 +411,11 @@ impl Stack {
         Decision { rollouts: answer.rollouts, rollout_points: answer.rollout_points, ..self.decision }
     }
 
+    /// Whether a path is being planned and not in force yet ([`ComputeSpec`]).
+    pub fn is_planning(&self) -> bool {
+        self.coming_path.is_some()
+    }
+
     /// The path in force.
     pub fn path(&self) -> &Path {
         &self.route.path

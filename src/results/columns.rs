@@ -37,6 +37,14 @@ impl Column {
     pub fn is_metric(&self) -> bool {
         matches!(self.access, Access::Metric { .. })
     }
+
+    /// Its value as a number; `None` where it is undefined, or the column is no metric.
+    pub fn number(&self, metrics: &Metrics) -> Option<f64> {
+        match self.access {
+            Access::Metric { get, .. } => get(metrics).number(),
+            Access::Field { .. } | Access::Ending(_) => None,
+        }
+    }
 }
 
 /// The columns that summaries describe, in order.

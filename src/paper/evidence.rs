@@ -1,0 +1,208 @@
+//! What running a paper's tables brought: rows, checked bounds, causes of failures.
+
+use crate::comparison::{Section, StackRows};
+use crate::episode::{DT_S, Outcome};
+use crate::experiment::Experiment;
+use crate::metrics::failure::{Cause, cause};
+use crate::plan::stack::StackSpec;
+use crate::results::Row;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Failures that are driven again, per stack and table, to see why.
+const SAMPLE: usize = 20;
+/// Rounding in a comparison of lengths, m.
+const SLACK_M: f64 = 1e-9;
+/// Global planners whose paths are shortest ones on the same graph.
+const EXACT: [&str; 4] = ["dijkstra", "a_star", "lpa_star", "improved_dijkstra"];
+
+/// All that is known of a paper's tables.
+#[derive(Debug, Default)]
+pub struct Evidence {
+    /// By id of the table.
+    pub tables: BTreeMap<String, TableEvidence>,
+}
+
+/// What one table brought.
+#[derive(Debug)]
+pub struct TableEvidence {
+    /// Its rows, one section per point of a sweep.
+    pub sections: Vec<Section>,
+    /// The bounds that every row must keep.
+    pub bounds: Bounds,
+    /// Why stacks failed, by (point, stack).
+    pub failures: BTreeMap<(u32, String), Failures>,
+}
+
+/// Bounds that no row may break, whatever the planners do.
+#[derive(Clone, Debug, Default)]
+pub struct Bounds {
+    /// Rows looked at.
+    pub rows: u64,
+    /// Checks made.
+    pub checks: u64,
+    /// What was broken, in words: empty, or there is a defect.
+    pub broken: Vec<String>,
+}
+
+/// The causes of a stack's failures.
+#[derive(Clone, Debug, Default)]
+pub struct Failures {
+    /// How many there are.
+    pub total: u64,
+    /// How many of them were driven again: the first ones.
+    pub sampled: u64,
+    /// How many of these have each cause.
+    pub causes: BTreeMap<Cause, u64>,
+    /// An episode of each cause.
+    pub examples: BTreeMap<Cause, u64>,
+}
+
+impl Evidence {
+    /// The rows of a table without a sweep.
+    pub fn section(&self, table: &str) -> Option<&Section> {
+        self.tables.get(table)?.sections.first()
+    }
+
+    /// The rows of a stack in a table without a sweep.
+    pub fn stack(&self, table: &str, stack: &str) -> Option<&StackRows> {
+        self.section(table)?.stacks.iter().find(|rows| rows.name == stack)
+    }
+
+    /// Takes in the rows of a table that `experiment` wrote: checks their bounds and drives a sample of the failures again.
+    pub fn add(&mut self, table: &str, experiment: &Experiment, sections: Vec<Section>) {
+        let bounds = check(experiment, &sections);
+        let stacks: Vec<(u32, &StackRows)> =
+            sections.iter().flat_map(|section| section.stacks.iter().map(|stack| (section.point, stack))).collect();
+        let found = in_parallel(stacks.len(), |index| {
+            let (point, stack) = stacks[index];
+            let number = experiment.stacks(point).iter().position(|spec| spec.name == stack.name);
+            number.map_or_else(Failures::default, |number| sample(experiment, point, number, stack))
+        });
+        let keys = stacks.iter().map(|(point, stack)| (*point, stack.name.clone()));
+        let failures = keys.zip(found).collect();
+        self.tables.insert(table.to_owned(), TableEvidence { sections, bounds, failures });
+    }
+}
+
+/// The answers of `work` to 0, 1, … `count` − 1, in that order, whichever thread finds them.
+fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let next = AtomicUsize::new(0);
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(count);
+    let take = || {
+        let mut answers = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= count {
+                return answers;
+            }
+            answers.push((index, work(index)));
+        }
+    };
+    let mut answers: Vec<(usize, T)> = std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(take)).collect();
+        let mut answers = take();
+        for other in others {
+            answers.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        }
+        answers
+    });
+    answers.sort_by_key(|(index, _)| *index);
+    answers.into_iter().map(|(_, answer)| answer).collect()
+}
+
+/// Drives the first failures of a stack again and asks for their causes.
+fn sample(experiment: &Experiment, point: u32, stack_index: usize, stack: &StackRows) -> Failures {
+    let failed = || stack.rows.values().filter(|row| row.outcome != Outcome::Success);
+    let mut found = Failures { total: failed().count() as u64, ..Failures::default() };
+    for row in failed().take(SAMPLE) {
+        let Ok(drive) = experiment.drive_one(point, row.episode, stack_index) else { continue };
+        let radius_m = experiment.robot(point).radius_m;
+        if let Some(cause) = cause(&drive.scene, radius_m, &drive.row.outcome, &drive.trace, DT_S) {
+            found.sampled += 1;
+            *found.causes.entry(cause).or_default() += 1;
+            found.examples.entry(cause).or_insert(row.episode);
+        }
+    }
+    found
+}
+
+/// Checks, on every row (systems.md §1.3):
+///
+/// 1. no planned path is shorter than the straight line from start to goal, and no successful drive by more than the goal tolerance;
+/// 2. the planned paths of exact planners on one world, without path stages, are equally long;
+/// 3. A* expands no more nodes than Dijkstra in one search (it may expand as many with f equal to the optimum, never more);
+/// 4. Dijkstra expands no more nodes in one search than there are free cells.
+fn check(experiment: &Experiment, sections: &[Section]) -> Bounds {
+    let mut all = Bounds::default();
+    for section in sections {
+        let worlds: BTreeSet<(u64, u64)> = section.stacks.iter().flat_map(|stack| stack.rows.keys().copied()).collect();
+        let worlds: Vec<(u64, u64)> = worlds.into_iter().collect();
+        let exact: Vec<&str> = experiment
+            .stacks(section.point)
+            .iter()
+            .filter(|spec| is_exact(spec))
+            .map(|spec| spec.name.as_str())
+            .collect();
+        for found in in_parallel(worlds.len(), |index| check_world(experiment, section, worlds[index], &exact)) {
+            all.rows += found.rows;
+            all.checks += found.checks;
+            all.broken.extend(found.broken);
+        }
+    }
+    all
+}
+
+/// Whether the planned paths of a stack are shortest ones on the grid: an exact search that cuts no corners, its path as it is.
+fn is_exact(spec: &StackSpec) -> bool {
+    let cuts_corners = |text: String| text.contains("corner_rule") && !text.contains("corner_rule: forbid");
+    spec.path.is_empty()
+        && EXACT.contains(&spec.global_name())
+        && !serde_yaml::to_string(&spec.global).is_ok_and(cuts_corners)
+}
+
+/// The checks of one world; `exact` are the stacks whose planned paths must be equally long.
+fn check_world(experiment: &Experiment, section: &Section, world: (u64, u64), exact: &[&str]) -> Bounds {
+    let mut bounds = Bounds::default();
+    let episode = world.1;
+    let Ok(scene) = experiment.scene(section.point, episode) else { return bounds };
+    let tolerance_m = experiment.scenario_at(section.point).termination.goal_tolerance_m.get();
+    let straight_m = (scene.goal - scene.start.position).norm();
+    let free = scene.map.grid.occupied().iter().filter(|occupied| !**occupied).count() as u64;
+    let rows: Vec<&Row> = section.stacks.iter().filter_map(|stack| stack.rows.get(&world)).collect();
+    let mut test = |holds: bool, what: &dyn Fn() -> String| {
+        bounds.checks += 1;
+        if !holds {
+            bounds.broken.push(format!("{}, episode {episode}: {}", section.title, what()));
+        }
+    };
+    for row in &rows {
+        if let Some(planned_m) = row.metrics.planned_length_m {
+            test(planned_m >= straight_m - SLACK_M, &|| format!("{} planned {planned_m} of {straight_m} m", row.stack));
+        }
+        if let (Outcome::Success, Some(length_m)) = (&row.outcome, row.metrics.length_m) {
+            let is_possible = length_m + tolerance_m >= straight_m - 1e-6;
+            test(is_possible, &|| format!("{} drove {length_m} of {straight_m} m", row.stack));
+        }
+    }
+    let lengths = rows.iter().filter(|row| exact.contains(&row.stack.as_str()));
+    let lengths: Vec<(&str, f64)> =
+        lengths.filter_map(|row| Some((row.stack.as_str(), row.metrics.planned_length_m?))).collect();
+    for (stack, planned_m) in lengths.iter().skip(1) {
+        let (first, length_m) = lengths[0];
+        let is_equal = (planned_m - length_m).abs() <= SLACK_M;
+        test(is_equal, &|| format!("{stack} planned {planned_m} m, {first} {length_m} m"));
+    }
+    let expanded = |global: &str| {
+        let once = rows.iter().find(|row| row.global == global && row.metrics.replans == Some(0));
+        once.and_then(|row| row.metrics.expanded)
+    };
+    if let Some(by_dijkstra) = expanded("dijkstra") {
+        test(by_dijkstra <= free, &|| format!("dijkstra expanded {by_dijkstra} of {free} free cells"));
+        if let Some(by_a_star) = expanded("a_star") {
+            test(by_a_star <= by_dijkstra, &|| format!("a_star expanded {by_a_star}, dijkstra {by_dijkstra}"));
+        }
+    }
+    bounds.rows = rows.len() as u64;
+    bounds
+}
