@@ -6,8 +6,8 @@ use super::scene::Scene;
 use crate::geometry::{Pose, Vec2};
 use crate::math;
 use rapier2d::prelude::{
-    ActiveCollisionTypes, ColliderBuilder, PhysicsWorld, Pose as RapierPose, RigidBodyBuilder, RigidBodyHandle,
-    Rotation, SharedShape, Vector,
+    ActiveCollisionTypes, BroadPhaseBvh, BvhOptimizationStrategy, ColliderBuilder, PhysicsWorld, Pose as RapierPose,
+    RigidBodyBuilder, RigidBodyHandle, Rotation, SharedShape, Vector,
 };
 
 /// One collider for the known map, one for each unknown static, a kinematic body for the robot and for each mover.
@@ -19,7 +19,10 @@ pub(super) struct Bodies {
 
 impl Bodies {
     pub(super) fn new(scene: &Scene, robot_radius_m: f64) -> Self {
-        let mut physics = PhysicsWorld { gravity: Vector::ZERO, ..PhysicsWorld::default() };
+        // The tree is good enough as it was built: movers come back to where they were, and re-balancing it costs as
+        // much as the rest of a step. Which pairs it finds does not depend on it.
+        let broad_phase = BroadPhaseBvh::with_optimization_strategy(BvhOptimizationStrategy::None);
+        let mut physics = PhysicsWorld { gravity: Vector::ZERO, broad_phase, ..PhysicsWorld::default() };
         physics.integration_parameters.dt = DT_S as f32;
         // Without contact pairs: nobody would read them (they lag by a step), and they cost most of it.
         let inert = |shape: SharedShape| {
