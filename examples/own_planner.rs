@@ -9,7 +9,7 @@ use simrun::geometry::Twist;
 use simrun::map::OccupancyGrid;
 use simrun::observation::Observation;
 use simrun::plan::global::GlobalChoice;
-use simrun::plan::local::{Decision, Guidance, LocalPlanner, Mode};
+use simrun::plan::local::{Decision, Guidance, LocalPlanner};
 use simrun::plan::stack::{PlanningSpec, Stack};
 use simrun::rng::EpisodeSeed;
 use simrun::robot::Robot;

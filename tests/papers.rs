@@ -84,7 +84,8 @@ fn a_paper_is_run_judged_and_reported_and_goes_on_after_a_break() {
         assert!(line.contains(&format!(",{expected},")), "{line}");
     }
     let report = read("report.md");
-    for part in ["# A made-up paper", "## The claims", "## Why drives failed", "checks on 60 rows, 0 broken", "(90.0)"] {
+    for part in ["# A made-up paper", "## The claims", "## Why drives failed", "checks on 60 rows, 0 broken", "(90.0)"]
+    {
         assert!(report.contains(part), "the report lacks `{part}`:\n{report}");
     }
     let rows = read("t1/episodes.csv");

@@ -18,7 +18,8 @@ fn scenarios(folder: &Path, found: &mut Vec<PathBuf>) {
         if path.is_dir() {
             scenarios(&path, found);
         } else if path.extension().is_some_and(|ending| ending == "yaml")
-            && !path.starts_with(root().join("scenarios/maps")) && !path.to_string_lossy().ends_with(".paper.yaml")
+            && !path.starts_with(root().join("scenarios/maps"))
+            && !path.to_string_lossy().ends_with(".paper.yaml")
         {
             found.push(path);
         }

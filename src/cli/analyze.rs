@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// `episodes.csv` of a run; several are analysed one by one, never pooled.
+    /// `episodes.csv` of a run, or its folder; several are analysed one by one, never pooled.
     #[arg(required = true, value_name = "EPISODES_CSV")]
     files: Vec<PathBuf>,
     /// The stack that the others are compared with; the first one by default.

@@ -1,7 +1,7 @@
 //! Rows of result files, sorted into sections that may be compared within.
 
 use crate::episode::Outcome;
-use crate::results::{ReadError, Reader, Row};
+use crate::results::{EPISODES_CSV, ReadError, Reader, Row};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
@@ -51,13 +51,14 @@ impl StackRows {
     }
 }
 
-/// Reads an `episodes.csv` into one section per point.
+/// Reads an `episodes.csv` into one section per point; a folder stands for the one in it.
 ///
 /// # Errors
 /// What is wrong with the file, with its line; also two rows of one stack in one world.
 pub fn read_sections(path: &Path) -> Result<Vec<Section>, String> {
+    let path = if path.is_dir() { path.join(EPISODES_CSV) } else { path.to_owned() };
     let shown = path.display();
-    let file = File::open(path).map_err(|error| format!("cannot read `{shown}`: {error}"))?;
+    let file = File::open(&path).map_err(|error| format!("cannot read `{shown}`: {error}"))?;
     let place = |error: ReadError| format!("{shown}: {error}");
     let mut reader = Reader::new(BufReader::new(file)).map_err(place)?;
     let keys = reader.swept().to_vec();

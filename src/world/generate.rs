@@ -544,11 +544,11 @@ fn no_place(entry: usize, number: u32) -> Infeasible {
 fn motion(choice: &MotionChoice, speed_mps: [f64; 2], seed: EpisodeSeed, entity: u64) -> Motion {
     match choice {
         MotionChoice::uniform(_) => Motion::Uniform,
-        MotionChoice::irregular(params) => Motion::Irregular(Irregular {
+        MotionChoice::irregular(params) => Motion::Irregular(Box::new(Irregular {
             interval_s: params.interval_s.map(Positive::get),
             speed_mps: params.speed_mps.map_or(speed_mps, |speed| speed.map(NonNegative::get)),
             stream: seed.stream(Purpose::Motion, entity),
-        }),
+        })),
     }
 }
 

@@ -14,7 +14,7 @@ pub enum Motion {
     #[default]
     Uniform,
     /// Straight on for a while, then another way.
-    Irregular(Irregular),
+    Irregular(Box<Irregular>),
     /// From waypoint to waypoint, again and again.
     Patrol(Patrol),
     /// As recorded.
