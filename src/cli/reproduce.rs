@@ -94,7 +94,6 @@ fn load(paper: &Paper, table: &paper::manifest::Table, episodes: Option<u32>) ->
     Ok(experiment)
 }
 
-
 fn misfit(table: &paper::manifest::Table, message: &str) -> Failure {
     Failure::Usage(format!("error: table `{}`: {message}", table.id))
 }

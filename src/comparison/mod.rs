@@ -186,7 +186,7 @@ fn outcomes(first: &StackRows, second: &StackRows) -> PairedOutcomes {
 }
 
 /// The tests of one pair of stacks on the worlds that both drove.
-pub(crate) fn compare_pairs(reference: &StackRows, stack: &StackRows) -> Vec<Comparison> {
+pub fn compare_pairs(reference: &StackRows, stack: &StackRows) -> Vec<Comparison> {
     let table = outcomes(stack, reference);
     let points: Vec<f64> = stack
         .shared(reference)
