@@ -59,6 +59,7 @@ const MOVED_SHOWN: usize = 20;
 
 fn baseline(old: &[Section], new: &[Section]) -> Result<(), Failure> {
     let found = comparison::compare_baseline(old, new);
+    let found = found.map_err(|message| Failure::Usage(format!("error: {message}")))?;
     let mut text = format!(
         "{} rows in both, {} moved, {} missing, {} new\n",
         found.rows,
@@ -66,6 +67,9 @@ fn baseline(old: &[Section], new: &[Section]) -> Result<(), Failure> {
         found.missing,
         found.added
     );
+    if found.other_worlds > 0 {
+        text += &format!("  {} of them in worlds that differ: these are not compared\n", found.other_worlds);
+    }
     for (point, stack, episode) in found.moved.iter().take(MOVED_SHOWN) {
         text += &format!("  moved: point {point}, {stack}, episode {episode}\n");
     }

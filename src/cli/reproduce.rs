@@ -82,11 +82,20 @@ fn load(paper: &Paper, table: &paper::manifest::Table, episodes: Option<u32>) ->
     let mut experiment =
         Experiment::new(scenario, points, file.folder()).map_err(|error| Failure::Usage(format!("error: {error}")))?;
     if !table.stacks.is_empty() {
+        let known = experiment.stack_names();
         experiment.keep_stacks(&table.stacks).map_err(|unknown| {
-            Failure::Usage(format!("error: table {}: {}", table.id, crate::choice::unknown_name("stack", unknown, &[])))
+            let known: Vec<&str> = known.iter().map(String::as_str).collect();
+            misfit(table, &crate::choice::unknown_name("stack", unknown, &known))
         })?;
     }
+    let stacks = experiment.stack_names();
+    let stacks: Vec<&str> = stacks.iter().map(String::as_str).collect();
+    paper.check_stacks(table.id.as_str(), &stacks).map_err(|message| misfit(table, &message))?;
     Ok(experiment)
+}
+
+fn misfit(table: &paper::manifest::Table, message: &str) -> Failure {
+    Failure::Usage(format!("error: table `{}`: {message}", table.id))
 }
 
 fn run(args: &Args, experiment: &Experiment, folder: &Path) -> Result<(), Failure> {

@@ -15,6 +15,8 @@ pub struct Baseline {
     pub missing: u64,
     /// Rows that only the newer run has.
     pub added: u64,
+    /// Rows of both runs whose worlds differ: they are not compared.
+    pub other_worlds: u64,
     /// New against old, of each stack that moved; `reference` is the old run.
     pub comparisons: Vec<Comparison>,
     /// What got worse, in words: empty where nothing did.
@@ -24,17 +26,33 @@ pub struct Baseline {
 /// Compares a run with an older one of the same scenario, stack by stack on the same worlds.
 ///
 /// A regression is a test that is significant after Holm's correction over all stacks and metrics and points the wrong way
-/// (less success, longer, slower, less clearance), a planner that crashes where it did not, or a missing row.
-pub fn compare_baseline(old: &[Section], new: &[Section]) -> Baseline {
-    let mut result =
-        Baseline { rows: 0, moved: Vec::new(), missing: 0, added: 0, comparisons: Vec::new(), regressions: Vec::new() };
-    let find = |sections: &'_ [Section], point: u32, name: &str| -> Option<StackRows> {
-        let section = sections.iter().find(|section| section.point == point)?;
+/// (less success, longer, slower, less clearance), a planner that crashes where it did not, or a missing row. Points of a sweep are
+/// matched by the values of their keys. Rows of equal number whose worlds differ are counted and left out of the tests.
+///
+/// # Errors
+/// If the runs are of different scenarios.
+pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, String> {
+    if let (Some(old), Some(new)) = (old.first(), new.first())
+        && old.scenario != new.scenario
+    {
+        return Err(format!("`{}` is a run of `{}`, `{}` of `{}`", old.title, old.scenario, new.title, new.scenario));
+    }
+    let mut result = Baseline {
+        rows: 0,
+        moved: Vec::new(),
+        missing: 0,
+        added: 0,
+        other_worlds: 0,
+        comparisons: Vec::new(),
+        regressions: Vec::new(),
+    };
+    let find = |sections: &'_ [Section], point: &Section, name: &str| -> Option<StackRows> {
+        let section = sections.iter().find(|section| section.swept == point.swept)?;
         section.stacks.iter().find(|stack| stack.name == name).cloned()
     };
     for section in old {
         for before in &section.stacks {
-            let Some(after) = find(new, section.point, &before.name) else {
+            let Some(after) = find(new, section, &before.name) else {
                 result.missing += before.rows.len() as u64;
                 continue;
             };
@@ -46,6 +64,9 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Baseline {
                     continue;
                 };
                 result.rows += 1;
+                if now.world_digest != row.world_digest {
+                    result.other_worlds += 1;
+                }
                 if now.trace_digest != row.trace_digest || now.outcome != row.outcome {
                     result.moved.push((section.point, before.name.clone(), row.episode));
                 }
@@ -62,7 +83,7 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Baseline {
     }
     for section in new {
         for after in &section.stacks {
-            let before = find(old, section.point, &after.name);
+            let before = find(old, section, &after.name);
             let is_new = |world: &&(u64, u64)| before.as_ref().is_none_or(|before| !before.rows.contains_key(*world));
             result.added += after.rows.keys().filter(is_new).count() as u64;
         }
@@ -86,7 +107,7 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Baseline {
             result.regressions.push(format!("{stack}: {metric} by {difference:+.3} (p = {:.2e})", comparison.p_holm));
         }
     }
-    result
+    Ok(result)
 }
 
 #[cfg(test)]
@@ -97,7 +118,7 @@ mod tests {
     #[test]
     fn equal_runs_have_not_moved_and_nothing_is_tested() {
         let old = section(&[("a", "ssssf", &[1.0, 2.0, 3.0, 4.0])]);
-        let found = compare_baseline(std::slice::from_ref(&old), std::slice::from_ref(&old));
+        let found = compare_baseline(std::slice::from_ref(&old), std::slice::from_ref(&old)).unwrap();
         assert_eq!((found.rows, found.moved.len(), found.missing, found.added), (5, 0, 0, 0));
         assert!(found.comparisons.is_empty() && found.regressions.is_empty());
     }
@@ -106,18 +127,42 @@ mod tests {
     fn fewer_successes_are_a_regression_and_more_are_not() {
         let (good, bad) = ("s".repeat(30), "f".repeat(15) + &"s".repeat(15));
         let (good, bad) = (section(&[("a", &good, &[])]), section(&[("a", &bad, &[])]));
-        let worse = compare_baseline(std::slice::from_ref(&good), std::slice::from_ref(&bad));
+        let worse = compare_baseline(std::slice::from_ref(&good), std::slice::from_ref(&bad)).unwrap();
         assert_eq!(worse.moved.len(), 15);
         assert!(worse.regressions.len() == 1 && worse.regressions[0].contains("a: success by -50"), "{worse:?}");
-        let better = compare_baseline(std::slice::from_ref(&bad), std::slice::from_ref(&good));
+        let better = compare_baseline(std::slice::from_ref(&bad), std::slice::from_ref(&good)).unwrap();
         assert!(better.regressions.is_empty() && better.moved.len() == 15);
     }
 
     #[test]
     fn missing_rows_are_a_regression_and_new_ones_are_counted() {
         let (old, new) = (section(&[("a", "ssss", &[])]), section(&[("a", "sss", &[]), ("b", "ss", &[])]));
-        let found = compare_baseline(&[old], &[new]);
+        let found = compare_baseline(&[old], &[new]).unwrap();
         assert_eq!((found.missing, found.added), (1, 2));
         assert_eq!(found.regressions, ["1 rows of the baseline are missing"]);
+    }
+
+    #[test]
+    fn points_are_matched_by_their_values_and_worlds_by_their_digests() {
+        let point = |value: &str, number: u32, ends: &str| {
+            let mut point = section(&[("a", ends, &[])]);
+            point.swept = vec![("robot.radius_m".to_owned(), value.to_owned())];
+            point.point = number;
+            point
+        };
+        let old = [point("0.2", 0, "ssss"), point("0.3", 1, "ffff")];
+        let new = [point("0.3", 0, "ffff"), point("0.2", 1, "ssss")];
+        let found = compare_baseline(&old, &new).unwrap();
+        assert_eq!((found.rows, found.moved.len(), found.missing, found.added), (8, 0, 0, 0));
+
+        let mut other = section(&[("a", "fsss", &[])]);
+        other.stacks[0].rows.values_mut().for_each(|row| row.world_digest = Some(crate::results::Digest(1)));
+        let found = compare_baseline(&[section(&[("a", "ssss", &[])])], &[other]).unwrap();
+        assert_eq!((found.rows, found.other_worlds), (4, 4));
+        assert!(found.comparisons.iter().all(|comparison| comparison.n == 0), "other worlds are no pairs");
+
+        let mut another = section(&[("a", "ssss", &[])]);
+        another.scenario = "elsewhere".to_owned();
+        assert!(compare_baseline(&old, &[another]).unwrap_err().contains("`elsewhere`"));
     }
 }

@@ -14,12 +14,12 @@ pub use render::{Format, comparison_table, render, table};
 
 use crate::analysis::{
     Better, Location, PairedOutcomes, Ranking, bootstrap_interval, discordant_odds_ratio, fisher_exact, holm,
-    informative_pairs_min, mcnemar_exact, paired_differences, pairs, quantile, rank_biserial, rank_sum, signed_rank,
-    wilson,
+    informative_pairs_min, mcnemar_exact, paired_differences, pairs, rank_biserial, rank_sum, signed_rank, wilson,
 };
 use crate::analysis::{RankSum, Z_95};
 use crate::episode::Outcome;
 use crate::metrics::Metrics;
+use crate::results::Statistics;
 
 /// The error rate of the whole family of tests of a section.
 pub const ALPHA: f64 = 0.05;
@@ -53,8 +53,8 @@ pub struct StackSummary {
     pub outcomes: [u64; Outcome::NAMES.len()],
     /// Success rate with its Wilson 95 % interval, 0 to 1; `None` without an episode.
     pub success: Option<[f64; 3]>,
-    /// Of each of [`METRICS`], over the successes: mean, sd, median, lower and upper quartile.
-    pub metrics: Vec<Option<[f64; 5]>>,
+    /// Of each of [`METRICS`], over the successes.
+    pub metrics: Vec<Statistics>,
 }
 
 /// One test of two stacks.
@@ -173,13 +173,7 @@ fn summary(stack: &StackRows) -> StackSummary {
     let success = wilson(successes, n, Z_95).map(|(low, high)| [successes as f64 / n as f64, low, high]);
     let of = |metric: &Metric| {
         let values = rows().filter(|row| row.outcome == Outcome::Success).filter_map(|row| (metric.get)(&row.metrics));
-        let mut values: Vec<f64> = values.collect();
-        let mean = (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)?;
-        let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
-        let sd = (squares / crate::math::max(values.len() as f64 - 1.0, 1.0)).sqrt();
-        values.sort_by(f64::total_cmp);
-        let [median, q1, q3] = [0.5, 0.25, 0.75].map(|p| quantile(&values, p));
-        Some([mean, sd, median?, q1?, q3?])
+        Statistics::of(&mut values.collect::<Vec<f64>>())
     };
     StackSummary { stack: stack.name.clone(), n, outcomes, success, metrics: METRICS.iter().map(of).collect() }
 }
@@ -192,7 +186,7 @@ fn outcomes(first: &StackRows, second: &StackRows) -> PairedOutcomes {
 }
 
 /// The tests of one pair of stacks on the worlds that both drove.
-pub(crate) fn compare_pairs(reference: &StackRows, stack: &StackRows) -> Vec<Comparison> {
+pub fn compare_pairs(reference: &StackRows, stack: &StackRows) -> Vec<Comparison> {
     let table = outcomes(stack, reference);
     let points: Vec<f64> = stack
         .shared(reference)
@@ -315,7 +309,13 @@ pub(crate) mod tests {
             });
             StackRows { name: name.to_owned(), rows: rows.collect() }
         });
-        Section { title: "made up".to_owned(), point: 0, swept: Vec::new(), stacks: stacks.collect() }
+        Section {
+            title: "made up".to_owned(),
+            scenario: String::new(),
+            point: 0,
+            swept: Vec::new(),
+            stacks: stacks.collect(),
+        }
     }
 
     #[test]
@@ -327,9 +327,9 @@ pub(crate) mod tests {
         // Wilson's interval of 3 of 4, by the formula: (0.75 + z²/8 ± z √(0.75·0.25/4 + z²/64)) / (1 + z²/4).
         let [rate, low, high] = a.success.unwrap();
         assert!(rate == 0.75 && (low - 0.300_642).abs() < 1e-5 && (high - 0.954_413).abs() < 1e-5, "{low} {high}");
-        let [mean, sd, median, q1, q3] = a.metrics[0].unwrap();
-        assert!((mean - 7.0 / 3.0).abs() < 1e-12 && (sd - (7.0f64 / 3.0).sqrt()).abs() < 1e-12);
-        assert_eq!((median, q1, q3), (2.0, 1.5, 3.0));
+        let Statistics { n, mean, sd, median, q1, q3 } = a.metrics[0];
+        assert!((mean.unwrap() - 7.0 / 3.0).abs() < 1e-12 && (sd.unwrap() - (7.0f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert_eq!((n, median, q1, q3), (3, Some(2.0), Some(1.5), Some(3.0)));
     }
 
     #[test]

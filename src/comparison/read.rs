@@ -12,6 +12,8 @@ use std::path::Path;
 pub struct Section {
     /// File, and the point's keys and values.
     pub title: String,
+    /// Name of the scenario.
+    pub scenario: String,
     /// Number of the point.
     pub point: u32,
     /// Swept keys and their values.
@@ -30,13 +32,14 @@ pub struct StackRows {
 }
 
 impl StackRows {
-    /// The rows of the worlds that both stacks drove, feasible ones only, in the order of the worlds.
+    /// The rows of the worlds that both stacks drove, feasible ones only, in the order of the worlds. Worlds of one seed and episode
+    /// are the same only if their digests are: those of another build or scenario may differ.
     pub fn shared<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = (&'a Row, &'a Row)> {
         let feasible = |row: &Row| !matches!(row.outcome, Outcome::InfeasibleWorld { .. });
         self.rows
             .iter()
             .filter_map(|(world, row)| Some((row, other.rows.get(world)?)))
-            .filter(move |(a, b)| feasible(a) && feasible(b))
+            .filter(move |(a, b)| feasible(a) && feasible(b) && a.world_digest == b.world_digest)
     }
 
     /// Number of successes.
@@ -54,7 +57,8 @@ impl StackRows {
 /// Reads an `episodes.csv` into one section per point; a folder stands for the one in it.
 ///
 /// # Errors
-/// What is wrong with the file, with its line; also two rows of one stack in one world.
+/// What is wrong with the file, with its line; also two rows of one stack in one world, stacks that met different worlds in one
+/// episode, and rows of a second scenario.
 pub fn read_sections(path: &Path) -> Result<Vec<Section>, String> {
     let path = if path.is_dir() { path.join(EPISODES_CSV) } else { path.to_owned() };
     let shown = path.display();
@@ -71,16 +75,33 @@ pub fn read_sections(path: &Path) -> Result<Vec<Section>, String> {
             let values: Vec<String> = swept.iter().map(|(key, value)| format!("{key} = {value}")).collect();
             let title = [shown.to_string(), values.join(", ")].into_iter().filter(|part| !part.is_empty());
             let title = title.collect::<Vec<_>>().join(": ");
-            sections.push(Section { title, point: row.point, swept, stacks: Vec::new() });
+            sections.push(Section {
+                title,
+                scenario: row.scenario.clone(),
+                point: row.point,
+                swept,
+                stacks: Vec::new(),
+            });
             sections.len() - 1
         });
+        let line = reader.line();
+        if sections[0].scenario != row.scenario {
+            let first = &sections[0].scenario;
+            return Err(format!("{shown}: line {line}: a row of `{}` in a file of `{first}`", row.scenario));
+        }
         let stacks = &mut sections[index].stacks;
         let stack = stacks.iter().position(|stack| stack.name == row.stack).unwrap_or_else(|| {
             stacks.push(StackRows { name: row.stack.clone(), rows: BTreeMap::new() });
             stacks.len() - 1
         });
-        let (line, world) = (reader.line(), (row.seed, row.episode));
+        let world = (row.seed, row.episode);
         let name = row.stack.clone();
+        if let Some(other) = stacks.iter().find_map(|stack| stack.rows.get(&world))
+            && other.world_digest != row.world_digest
+        {
+            let met = format!("`{}` and `{name}` met different worlds in episode {}", other.stack, world.1);
+            return Err(format!("{shown}: line {line}: {met}"));
+        }
         if stacks[stack].rows.insert(world, row).is_some() {
             return Err(format!("{shown}: line {line}: a second row of `{name}` in episode {}", world.1));
         }

@@ -2,6 +2,7 @@
 
 use super::{Comparison, METRICS, Report};
 use crate::episode::Outcome;
+use crate::results::Statistics;
 use std::fmt::Write as _;
 
 /// How a report is written.
@@ -74,10 +75,10 @@ fn section(report: &Report, format: Format) -> String {
         let mut row = vec![stack.stack.clone(), stack.n.to_string(), success, letters.clone()];
         row.extend(endings.iter().map(|&k| stack.outcomes[k].to_string()));
         row.extend(stack.metrics.iter().map(|metric| {
-            metric.map_or_else(
-                || "-".to_owned(),
-                |[mean, sd, median, q1, q3]| format!("{mean:.2} ± {sd:.2}, {median:.2} [{q1:.2}, {q3:.2}]"),
-            )
+            let Statistics { n, mean, sd, median, q1, q3 } = *metric;
+            let shown = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
+            let [mean, sd, median, q1, q3] = [mean, sd, median, q1, q3].map(shown);
+            if n == 0 { mean } else { format!("{mean} ± {sd}, {median} [{q1}, {q3}]") }
         }));
         rows.push(row);
     }

@@ -3,7 +3,10 @@
 use super::evidence::Evidence;
 use super::manifest::{Over, Place, Relation, Source, Test, all, compare, differ, fisher, multiples, range, reach};
 use super::published::{Published, is_of_plan, mean_of, value};
-use crate::analysis::{Location, PairedOutcomes, Z_95, bootstrap_interval, fisher_exact, mcnemar_exact, wilson};
+use crate::analysis::{
+    Location, PairedOutcomes, Z_95, bootstrap_interval, fisher_exact, mcnemar_exact, paired_differences, signed_rank,
+    wilson,
+};
 use crate::comparison::{ALPHA, StackRows};
 use crate::episode::Outcome;
 use crate::math;
@@ -50,22 +53,6 @@ fn missing(what: &str) -> Verdict {
     verdict(Ruling::Undecided, format!("no data: {what}"))
 }
 
-impl Test {
-    /// The tables that it asks about.
-    pub(super) fn tables(&self) -> Vec<&str> {
-        match self {
-            Self::compare(params) => vec![&params.of.table, &params.than.table],
-            Self::differ(params) => params.tables.iter().map(String::as_str).collect(),
-            Self::reach(params) => vec![&params.of.table],
-            Self::range(params) => vec![&params.table],
-            Self::fisher(params) => vec![&params.of.table, &params.than.table],
-            Self::multiples(params) => vec![&params.table],
-            Self::all(params) => params.tests.iter().flat_map(Self::tables).collect(),
-            Self::untestable(_) => Vec::new(),
-        }
-    }
-}
-
 /// Puts a claim to its test.
 pub fn judge(test: &Test, evidence: &Evidence, published: &[Published]) -> Verdict {
     match test {
@@ -109,25 +96,27 @@ fn compare_measured(params: &compare::Params, evidence: &Evidence) -> Verdict {
         return verdict(ruling, format!("largest difference {largest:.3} in {n} worlds"));
     }
     let (low, high) = bootstrap_interval(&differences, Location::Mean, 0.95).unwrap_or((a - b, a - b));
-    // Of yes and no in few worlds the exact test knows more than a bootstrap.
-    let p = (params.metric == "success" && params.factor == 1.0).then(|| {
+    // In few worlds the exact tests know more than a bootstrap: of one world its interval is a point.
+    let is_success = params.metric == "success" && params.factor == 1.0;
+    let p = if is_success {
         let (first, second): (Vec<bool>, Vec<bool>) = pairs.iter().map(|(a, b)| (*a > 0.0, *b > 0.0)).unzip();
         mcnemar_exact(PairedOutcomes::count(&first, &second))
-    });
-    let (is_less, is_more) = match p {
-        Some(p) => (p <= ALPHA && a < b, p <= ALPHA && a > b),
-        None => (high < 0.0, low > 0.0),
+    } else {
+        let (first, second): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
+        signed_rank(&paired_differences(&first, &second)).p
     };
+    let is_clear = p <= ALPHA && (is_success || high < 0.0 || low > 0.0);
+    let (is_less, is_more) = (is_clear && a < b, is_clear && a > b);
     let ruling = match params.is {
         Relation::Less if is_less => Ruling::Holds,
         Relation::Less if is_more => Ruling::Fails,
         Relation::More if is_more => Ruling::Holds,
         Relation::More if is_less => Ruling::Fails,
         // The numbers are the same in every world.
-        _ if p.is_none() && low == 0.0 && high == 0.0 => Ruling::Fails,
+        _ if !is_success && low == 0.0 && high == 0.0 => Ruling::Fails,
         _ => Ruling::Undecided,
     };
-    let p = p.map_or_else(String::new, |p| format!(", p = {p:.3}"));
+    let p = if p < 0.0005 { ", p < 0.001".to_owned() } else { format!(", p = {p:.3}") };
     verdict(
         ruling,
         format!("{a:.2} against {b:.2}{factor}, difference {:+.2} [{low:+.2}, {high:+.2}] in {n} worlds{p}", a - b),
@@ -272,13 +261,7 @@ fn told_apart(params: &fisher::Params, published: &[Published]) -> Verdict {
         return missing("no published counts");
     };
     let p = fisher_exact([[a, n - a], [b, m - b]]);
-    let ruling = if p > ALPHA {
-        Ruling::Undecided
-    } else if a * m > b * n {
-        Ruling::Holds
-    } else {
-        Ruling::Fails
-    };
+    let ruling = if p <= ALPHA && a * m > b * n { Ruling::Holds } else { Ruling::Fails };
     verdict(ruling, format!("{a}/{n} against {b}/{m} ({}): p = {p:.3}", params.than.stack))
 }
 

@@ -115,9 +115,10 @@ pub enum Over {
 
 /// One stack against another.
 ///
-/// Measured: on the same worlds. `less` and `more` hold if the 95 % interval of the mean difference `of − factor · than` lies wholly on
-/// that side of 0, fail if it lies on the other, and are undecided otherwise; `equal` holds if no world differs by
-/// more than the tolerance. Published: the printed numbers as they are.
+/// Measured: on the same worlds. `less` and `more` of a metric hold if the 95 % interval of the mean difference `of − factor · than`
+/// lies wholly on that side of 0 and the signed-rank test agrees (p ≤ 0.05); of `success`, if McNemar's exact test tells the two
+/// apart. They fail if the same shows on the other side, a metric also where no world differs at all, and are undecided otherwise.
+/// `equal` holds if no world differs by more than the tolerance. Published: the printed numbers as they are.
 pub mod compare {
     use super::{Deserialize, Over, Place, Relation, Source};
 
@@ -174,7 +175,8 @@ pub mod differ {
 
 /// Our success rate reaches the published one: the lower end of our Wilson 95 % interval is at least that of the published count.
 ///
-/// Fails if the upper end of ours is below the published lower end, undecided otherwise.
+/// Fails if the upper end of ours is below the published lower end, undecided otherwise. The published count is that of the table whose
+/// id is this one's up to its first `_`: `table3_replan` is asked for what is printed of `table3`.
 pub mod reach {
     use super::{Deserialize, Place};
 
@@ -231,7 +233,7 @@ pub mod range {
     }
 }
 
-/// The paper's own counts tell two of its stacks apart: two-sided exact test of Fisher, p ≤ 0.05; undecided otherwise.
+/// The paper's own counts show one of its stacks to be better than another: two-sided exact test of Fisher, p ≤ 0.05.
 pub mod fisher {
     use super::{Deserialize, Place};
 

@@ -3,6 +3,7 @@
 //! A paper is a [`Manifest`] (`NAME.paper.yaml`): scenarios to run, the published numbers, claims with the test that decides each.
 //! The engine knows no paper; another one is another manifest with its scenarios.
 
+mod check;
 mod evidence;
 mod judge;
 pub mod manifest;
@@ -16,7 +17,6 @@ pub use published::{Measured, Published, measured};
 pub use report::{published_csv, report, verdicts_csv};
 
 use crate::scenario::{Edit, ScenarioError, ScenarioFile};
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// A paper, read.
@@ -59,30 +59,6 @@ impl Paper {
         let paper = Self { name: name.to_owned(), manifest, published, folder: folder.to_owned() };
         paper.consistent().map_err(|message| format!("{}: {message}", path.display()))?;
         Ok(paper)
-    }
-
-    fn consistent(&self) -> Result<(), String> {
-        let mut tables = BTreeSet::new();
-        for table in &self.manifest.tables {
-            if !tables.insert(table.id.as_str()) {
-                return Err(format!("two tables are called `{}`", table.id));
-            }
-        }
-        let mut claims = BTreeSet::new();
-        for claim in &self.manifest.claims {
-            if !claims.insert(claim.id.as_str()) {
-                return Err(format!("two claims are called `{}`", claim.id));
-            }
-            for table in claim.test.tables() {
-                if !tables.contains(table) {
-                    return Err(format!("claim `{}` asks about `{table}`, which is no table", claim.id));
-                }
-            }
-        }
-        match self.published.iter().find(|number| !tables.contains(number.table.as_str())) {
-            Some(number) => Err(format!("a published number belongs to `{}`, which is no table", number.table)),
-            None => Ok(()),
-        }
     }
 
     /// The scenario of a table and the edits that make it what the table runs; `episodes` is the most that each may have.

@@ -4,7 +4,7 @@ use super::evidence::{Evidence, TableEvidence};
 use super::judge::{Ruling, Verdict, judge};
 use super::published::{Measured, Published, mean_of, measured};
 use super::{Paper, manifest};
-use crate::comparison::{Format, Plan, Section, StackRows, analyse, table};
+use crate::comparison::{Comparison, Format, Plan, Section, StackRows, analyse, compare_pairs, table};
 use crate::episode::Outcome;
 use std::fmt::Write as _;
 
@@ -26,6 +26,7 @@ pub fn report(paper: &Paper, evidence: &Evidence) -> String {
     {
         text += &of_table(spec, found, &paper.published);
     }
+    text += &changes(manifest, evidence);
     text += &causes(manifest, evidence);
     text += &bounds(manifest, evidence);
     text + &numbers(&paper.published, evidence)
@@ -156,6 +157,64 @@ fn stacks(id: &str, section: &Section, published: &[Published]) -> String {
         "{}\nIn brackets behind a number: what the paper prints in this place. Lengths, times and clearances are means over the successes; \
          stacks that share a letter are not told apart by success.\n\n",
         table(&rows, 1, Format::Markdown)
+    )
+}
+
+/// Each table with changes against that of the same scenario which has most of them, on the same worlds. Other stacks are no change
+/// of a scenario: stacks are matched by name.
+fn changes(manifest: &manifest::Manifest, evidence: &Evidence) -> String {
+    let head = [
+        "folder",
+        "against",
+        "what changes",
+        "stack",
+        "worlds",
+        "success, points [95 %]",
+        "p",
+        "solved",
+        "time, s [95 %]",
+        "p",
+    ];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    for changed in manifest.tables.iter().filter(|table| !table.set.iter().any(|change| change.starts_with("stacks=")))
+    {
+        let is_part = |other: &&manifest::Table| {
+            other.scenario == changed.scenario
+                && other.set.len() < changed.set.len()
+                && other.set.iter().all(|change| changed.set.contains(change))
+        };
+        let Some(base) = manifest.tables.iter().filter(is_part).max_by_key(|other| other.set.len()) else { continue };
+        let sections = (evidence.section(base.id.as_str()), evidence.section(changed.id.as_str()));
+        let (Some(before), Some(after)) = sections else { continue };
+        let added = changed.set.iter().filter(|change| !base.set.contains(change));
+        let added: Vec<String> = added.map(|change| format!("`{change}`")).collect();
+        for stack in &after.stacks {
+            let Some(reference) = before.stacks.iter().find(|other| other.name == stack.name) else { continue };
+            let tests = compare_pairs(reference, stack);
+            let find = |metric: &str| tests.iter().find(|test| test.metric == metric && test.n > 0);
+            let Some(success) = find("success") else { continue };
+            let shown = |test: Option<&Comparison>| {
+                let Some(test) = test else { return ["0", "-", "-"].map(str::to_owned) };
+                let (low, high) = test.interval.unwrap_or_default();
+                let difference = format!("{:+.1} [{low:+.1}, {high:+.1}]", test.difference.unwrap_or_default());
+                let p = if test.p < 0.0005 { "<0.001".to_owned() } else { format!("{:.3}", test.p) };
+                [test.n.to_string(), difference, p]
+            };
+            let mut row = [&changed.id, &base.id].map(|id| format!("`{id}`")).to_vec();
+            row.extend([cell(&added.join(", ")), stack.name.clone()]);
+            row.extend(shown(Some(success)));
+            row.extend(shown(find("time_s")));
+            rows.push(row);
+        }
+    }
+    if rows.len() == 1 {
+        return String::new();
+    }
+    format!(
+        "## What the changes to a scenario do\n\nThe same stack in the same worlds, with the change less without it: success (exact McNemar \
+         test), and time on the worlds solved both ways (signed-rank test). p is not corrected. Where a change makes other worlds \
+         there is nothing to compare.\n\n{}\n",
+        table(&rows, 4, Format::Markdown)
     )
 }
 

@@ -1,0 +1,187 @@
+//! `simrun analyze` as a user meets it, on tables made by hand and against SciPy's numbers.
+
+#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+use assert_cmd::Command;
+use simrun::episode::Outcome;
+use simrun::metrics::Metrics;
+use simrun::results::{Digest, Row, header_line, write_row};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A row that succeeded with that length, or ran out of time.
+fn row(stack: &str, episode: u64, length_m: Option<f64>) -> Row {
+    Row {
+        scenario: "made_up".to_owned(),
+        point: 0,
+        stack: stack.to_owned(),
+        global: String::new(),
+        path: String::new(),
+        local: "dwa".to_owned(),
+        episode,
+        seed: 7,
+        outcome: if length_m.is_some() { Outcome::Success } else { Outcome::Timeout },
+        metrics: Metrics { length_m, time_s: length_m, ..Metrics::default() },
+        world_digest: Some(Digest(episode)),
+        trace_digest: Some(Digest(length_m.unwrap_or_default().to_bits())),
+        swept: Vec::new(),
+    }
+}
+
+fn write(file: &Path, swept: &[String], rows: &[Row]) {
+    let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(header_line(swept));
+    for row in rows {
+        write_row(&mut writer, row).unwrap();
+    }
+    fs::write(file, writer.into_inner().unwrap()).unwrap();
+}
+
+/// Two stacks with these lengths in the same worlds.
+fn two(folder: &Path, name: &str, first: &[Option<f64>], second: &[Option<f64>]) -> PathBuf {
+    let rows = first.iter().zip(second).enumerate();
+    let rows = rows.flat_map(|(i, (&a, &b))| [row("first", i as u64, a), row("second", i as u64, b)]);
+    let file = folder.join(name);
+    write(&file, &[], &rows.collect::<Vec<Row>>());
+    file
+}
+
+fn analyze(arguments: &[&str], files: &[&Path]) -> (String, String, i32) {
+    let mut command = Command::cargo_bin("simrun").unwrap();
+    let output = command.env("NO_COLOR", "1").arg("analyze").args(files).args(arguments).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (text(output.stdout), text(output.stderr), output.status.code().unwrap())
+}
+
+/// A field of the line of a test in the CSV.
+fn field(csv: &str, metric: &str, name: &str) -> String {
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let header = reader.headers().unwrap().clone();
+    let column = |wanted: &str| header.iter().position(|found| found == wanted).unwrap();
+    let lines = reader.records().map(Result::unwrap).collect::<Vec<_>>();
+    let line = lines.iter().find(|line| &line[column("metric")] == metric).unwrap();
+    line[column(name)].to_owned()
+}
+
+#[test]
+fn the_signed_rank_test_of_lengths_is_scipys() {
+    let scratch = tempfile::tempdir().unwrap();
+    let mut reader = csv::Reader::from_path("tests/data/statistics_oracle.csv").unwrap();
+    let numbers = |text: &str| text.split_whitespace().map(|x| x.parse().unwrap()).collect::<Vec<f64>>();
+    let mut cases = 0;
+    for case in reader.records().map(Result::unwrap).filter(|case| &case[0] == "signed_rank") {
+        let (differences, expected) = (numbers(&case[1]), numbers(&case[3]));
+        let [zeros, positive, negative, p] = expected[..] else { panic!("{expected:?}") };
+        let first: Vec<Option<f64>> = differences.iter().map(|_| Some(64.0)).collect();
+        let second: Vec<Option<f64>> = differences.iter().map(|difference| Some(64.0 + difference)).collect();
+        let file = two(scratch.path(), "oracle.csv", &first, &second);
+        let (csv, error, code) = analyze(&["--format", "csv"], &[&file]);
+        assert_eq!((code, error.as_str()), (0, ""));
+        let found: f64 = field(&csv, "length_m", "p").parse().unwrap();
+        assert!((found - p).abs() <= 1e-9 * p, "{found} for {p}");
+        let telling: f64 = field(&csv, "length_m", "informative").parse().unwrap();
+        assert_eq!(telling + zeros, differences.len() as f64);
+        if positive + negative > 0.0 {
+            let effect: f64 = field(&csv, "length_m", "effect").parse().unwrap();
+            assert!((effect - (positive - negative) / (positive + negative)).abs() < 1e-12);
+        }
+        cases += 1;
+    }
+    assert!(cases >= 3, "{cases} cases");
+}
+
+#[test]
+fn an_example_worked_by_hand_in_three_formats() {
+    let scratch = tempfile::tempdir().unwrap();
+    // Ten worlds: both solve six, the second alone three, the first alone none. McNemar: p = 2 · (1/2)³ = 0.25.
+    let first = [10.0, 10.0, 10.0, 10.0, 10.0, 10.0].map(Some).into_iter().chain([None; 4]).collect::<Vec<_>>();
+    // Differences −1 … −6 on the six: p = 2 / 2⁶ = 0.03125.
+    let second = [9.0, 8.0, 7.0, 6.0, 5.0, 4.0, 1.0, 1.0, 1.0].map(Some).into_iter().chain([None]).collect::<Vec<_>>();
+    let file = two(scratch.path(), "example.csv", &first, &second);
+    let (csv, ..) = analyze(&["--format", "csv"], &[&file]);
+    assert_eq!((field(&csv, "success", "p"), field(&csv, "success", "n")), ("0.25".into(), "10".into()));
+    assert_eq!((field(&csv, "length_m", "p"), field(&csv, "length_m", "n")), ("0.03125".into(), "6".into()));
+    assert_eq!(field(&csv, "length_m", "difference"), "-3.5");
+    // The family has four tests; clearances are not there, so that their p is 1. Holm: 4 · 0.03125 for both length and time.
+    assert_eq!(field(&csv, "length_m", "p_holm"), "0.125");
+
+    let (text, ..) = analyze(&[], &[&file]);
+    for part in ["conditional", "60.0 [31.3, 83.2]", "90.0 [59.6, 98.2]", "too few", "Holm"] {
+        assert!(text.contains(part), "{part} in\n{text}");
+    }
+    let (markdown, ..) = analyze(&["--format", "markdown"], &[&file]);
+    assert!(markdown.contains("| stack |") && markdown.contains("|---|"), "{markdown}");
+    let (unpaired, ..) = analyze(&["--unpaired", "--format", "csv"], &[&file]);
+    // Fisher, 9 of 10 against 6 of 10: 2 · (C(10,9) C(10,6) + C(10,10) C(10,5)) / C(20,15).
+    let p: f64 = field(&unpaired, "success", "p").parse().unwrap();
+    assert!((p - 2.0 * (10.0 * 210.0 + 252.0) / 15504.0).abs() < 1e-12, "{p}");
+}
+
+#[test]
+fn files_and_points_are_never_pooled() {
+    let scratch = tempfile::tempdir().unwrap();
+    let a = two(scratch.path(), "a.csv", &[Some(1.0); 3], &[None; 3]);
+    let b = two(scratch.path(), "b.csv", &[None; 3], &[Some(1.0); 3]);
+    let (text, ..) = analyze(&[], &[&a, &b]);
+    assert_eq!(text.matches("100.0 [43.9, 100.0]").count(), 2, "{text}");
+    assert_eq!(text.matches("0.0 [0.0, 56.1]").count(), 2, "{text}");
+
+    let swept = scratch.path().join("swept.csv");
+    let rows = [("0.1", 0), ("0.2", 1)].into_iter().flat_map(|(value, point)| {
+        (0..3).map(move |i| Row {
+            point,
+            swept: vec![value.to_owned()],
+            ..row("first", i, (point == 0).then_some(1.0))
+        })
+    });
+    write(&swept, &["robot.radius_m".to_owned()], &rows.collect::<Vec<Row>>());
+    let (text, ..) = analyze(&[], &[&swept]);
+    assert!(text.contains("robot.radius_m = 0.1") && text.contains("robot.radius_m = 0.2"), "{text}");
+    assert!(text.contains("100.0 [43.9, 100.0]") && text.contains("0.0 [0.0, 56.1]"), "{text}");
+}
+
+#[test]
+fn a_broken_file_is_named_with_its_line() {
+    let scratch = tempfile::tempdir().unwrap();
+    let good = two(scratch.path(), "good.csv", &[Some(1.0); 2], &[Some(2.0); 2]);
+    let text = fs::read_to_string(&good).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let refused = |text: String, message: &str| {
+        let file = scratch.path().join("bad.csv");
+        fs::write(&file, text).unwrap();
+        let (stdout, stderr, code) = analyze(&[], &[&file]);
+        assert!(code == 2 && stdout.is_empty() && stderr.contains("bad.csv") && stderr.contains(message), "{stderr}");
+    };
+    refused(text.replacen(",success,,1", ",success,,0", 1), "line 2: `success`: expected `1`, found `0`");
+    refused(text.trim_end().to_owned(), "line 5: the line is cut short");
+    refused(format!("{text}{}\n", lines[1]), "line 6: a second row of `first` in episode 0");
+    refused(text.replacen("\nmade_up,0,second,", "\nelsewhere,0,second,", 1), "line 3: a row of `elsewhere`");
+    let other_world = lines[2].replacen("0000000000000000,", "0000000000000009,", 1);
+    refused(text.replacen(lines[2], &other_world, 1), "line 3: `first` and `second` met different worlds in episode 0");
+    refused(String::new(), "empty");
+    let (_, stderr, code) = analyze(&["--reference", "frist"], &[&good]);
+    assert!(code == 2 && stderr.contains("did you mean `first`?"), "{stderr}");
+}
+
+#[test]
+fn a_baseline_finds_what_moved_and_what_got_worse() {
+    let scratch = tempfile::tempdir().unwrap();
+    let lengths: Vec<Option<f64>> = (0..20).map(|i| Some(10.0 + f64::from(i))).collect();
+    let longer: Vec<Option<f64>> = lengths.iter().map(|length| length.map(|x| x + 1.0)).collect();
+    let old = two(scratch.path(), "old.csv", &lengths, &lengths);
+    let new = two(scratch.path(), "new.csv", &lengths, &longer);
+    let against = |file: &Path, old: &Path| analyze(&["--baseline", old.to_str().unwrap()], &[file]);
+
+    let (text, error, code) = against(&old, &old);
+    assert!(code == 0 && error.is_empty() && text.contains("40 rows in both, 0 moved"), "{text}{error}");
+    let (text, error, code) = against(&new, &old);
+    assert!(code == 3 && error.contains("second: length_m by +1.000"), "{error}");
+    assert!(text.contains("20 moved") && !error.contains("first"), "{text}{error}");
+    let (text, error, code) = against(&old, &new);
+    assert!(code == 0 && text.contains("20 moved"), "shorter is no regression: {text}{error}");
+    // One row of forty is no evidence, but it is named.
+    let mut one = lengths.clone();
+    one[7] = None;
+    let one = two(scratch.path(), "one.csv", &one, &lengths);
+    let (text, error, code) = against(&one, &old);
+    assert!(code == 0 && text.contains("1 moved") && text.contains("first, episode 7"), "{text}{error}");
+}
