@@ -8,6 +8,7 @@ mod analyze;
 mod check;
 mod draw;
 mod map;
+mod plan;
 mod planners;
 mod reproduce;
 mod run;
@@ -37,6 +38,8 @@ enum Command {
     Run(run::Args),
     /// Check scenarios without running them; --resolved prints them with every default.
     Check(check::Args),
+    /// Plan on a map file, without a robot: one row per query and planner.
+    Plan(plan::Args),
     /// List the planners, or describe one with its parameters.
     Planners(planners::Args),
     /// Run a scenario twice with different thread counts and compare every byte.
@@ -77,6 +80,7 @@ pub fn main() -> ExitCode {
         None => run::main(&cli.run),
         Some(Command::Run(args)) => run::main(&args),
         Some(Command::Check(args)) => check::main(&args),
+        Some(Command::Plan(args)) => plan::main(&args),
         Some(Command::Planners(args)) => planners::main(&args),
         Some(Command::Verify(args)) => verify::main(&args),
         Some(Command::Analyze(args)) => analyze::main(&args),

@@ -15,6 +15,7 @@ mod layout;
 pub mod maze;
 pub mod movingai;
 pub mod port;
+pub mod queries;
 pub mod random;
 pub mod rooms;
 pub mod ros;
