@@ -214,6 +214,10 @@ impl Rollouts {
     }
 }
 
+/// Clearance above which a braking trajectory is no safer, m. Without room a robot that turns to its target while it brakes
+/// stops on the very edge of what is beside it, and the error of the prediction makes that a contact.
+const RECOVERY_ROOM_M: f64 = 0.05;
+
 /// What to drive where no rollout is admissible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recovery {
@@ -341,8 +345,9 @@ impl DynamicWindow {
     /// What to drive when no rollout is admissible: brake as hard as the drive can, then turn to `target` on the spot.
     ///
     /// A disc that turns on the spot touches nothing new. While it still rolls, the braking trajectories of all yaw
-    /// rates within reach are simulated: of those that touch nothing the one nearest to the
-    /// wanted turn is taken, and where all touch, the one that gets farthest. Replaces the rollouts.
+    /// rates within reach are simulated. Of those that get farthest, all the way to rest where one touches nothing, the one
+    /// with the most room is taken ([`RECOVERY_ROOM_M`] and more are equal), and of these the one nearest to the wanted
+    /// turn. Replaces the rollouts.
     pub fn recover(&mut self, observation: &Observation<'_>, target: Vec2) -> Recovery {
         let (robot, dt_s, twist) = (observation.robot, observation.dt_s, observation.twist);
         let bearing = observation.pose.bearing_to(target);
@@ -367,8 +372,11 @@ impl DynamicWindow {
         self.rollouts.twists.extend(self.yaw_rates.iter().map(|&omega| Twist { v: twist.v, omega }));
         self.simulate(observation);
         let detour = |i: usize| (self.yaw_rates[i] - wanted_now).abs();
+        let room = |i: usize| math::min(self.rollouts.clearance_m(i, DistanceMode::PathMin), RECOVERY_ROOM_M);
         let best = (0..self.rollouts.len()).min_by(|&a, &b| {
-            (self.rollouts.free_s[b].total_cmp(&self.rollouts.free_s[a])).then(detour(a).total_cmp(&detour(b)))
+            (self.rollouts.free_s[b].total_cmp(&self.rollouts.free_s[a]))
+                .then(room(b).total_cmp(&room(a)))
+                .then(detour(a).total_cmp(&detour(b)))
         });
         let omega = best.map_or(wanted_now, |i| self.yaw_rates[i]);
         let v = if twist.v < 0.0 { -(speed - lost_per_tick) } else { speed - lost_per_tick };

@@ -319,6 +319,29 @@ fn recovery_does_not_turn_into_a_wall_while_it_rolls() {
 }
 
 #[test]
+fn recovery_keeps_room_where_there_is_room() {
+    // As above with 30 cm to the wall: the turn to the target must not end on its face.
+    let mut grid = OccupancyGrid::empty(20, 6, 1.0);
+    for col in 0..20 {
+        grid.set_occupied(Cell { col, row: 2 });
+    }
+    let (belief, robot) = (belief(&grid), Robot::default());
+    let (mut pose, mut twist) = (Pose::new(3.0, 1.45, 0.0), Twist { v: 0.9, omega: 0.0 });
+    let mut window = DynamicWindow::new(settings());
+    let mut closest = f64::INFINITY;
+    for _ in 0..60 {
+        let recovery = window.recover(&observe(&belief, &robot, pose, twist, &[]), Vec2::new(10.0, 5.0));
+        twist = robot.actuate(twist, recovery.command, 0.1);
+        for _ in 0..10 {
+            pose = pose.advance(twist, 0.01);
+            closest = math::min(closest, static_distance_m(&belief.grid().clone(), pose.position) - robot.radius_m);
+        }
+    }
+    // What the prediction may be wrong by comes off the 5 cm.
+    assert!((0.035..0.3).contains(&closest), "{closest}");
+}
+
+#[test]
 fn a_robot_believed_in_contact_may_leave_but_not_go_deeper() {
     // The face of the wall is at x = 10; at x = 9.76 the edge is believed 1 cm inside it.
     let mut grid = OccupancyGrid::empty(20, 20, 1.0);
