@@ -294,50 +294,42 @@ fn recovery_brakes_as_hard_as_it_can_and_then_turns_on_the_spot() {
     assert_eq!(recovery.command, Twist { v: 0.0, omega: 1.0 }); // √(2·2·π/2) = 2.5, the limit is 1
 }
 
-#[test]
-fn recovery_does_not_turn_into_a_wall_while_it_rolls() {
-    // A wall along the left, its face at y = 2.0, the robot's edge 3 cm from it, the target beyond the wall.
+/// A robot that rolls at 0.9 m/s along a wall on its left, whose face is at y = 2, and recovers towards a target beyond it: how
+/// near its edge comes to the wall, and where it ends.
+fn recover_beside_a_wall(y_m: f64) -> (f64, Twist, Pose) {
     let mut grid = OccupancyGrid::empty(20, 6, 1.0);
     for col in 0..20 {
         grid.set_occupied(Cell { col, row: 2 });
     }
     let (belief, robot) = (belief(&grid), Robot::default());
-    let mut pose = Pose::new(3.0, 1.72, 0.0);
-    let mut twist = Twist { v: 0.9, omega: 0.0 };
+    let (mut pose, mut twist) = (Pose::new(3.0, y_m, 0.0), Twist { v: 0.9, omega: 0.0 });
     let mut window = DynamicWindow::new(settings());
     let mut closest = f64::INFINITY;
     for _ in 0..60 {
-        let recovery = window.recover(&observe(&belief, &robot, pose, twist, &[]), Vec2::new(10.0, 5.0));
+        let recovery = window.recover(&observe(&belief, &robot, pose, twist, &[]), BEYOND_THE_WALL);
         twist = robot.actuate(twist, recovery.command, 0.1);
         for _ in 0..10 {
             pose = pose.advance(twist, 0.01);
-            closest = math::min(closest, static_distance_m(&belief.grid().clone(), pose.position) - robot.radius_m);
+            closest = math::min(closest, static_distance_m(belief.grid(), pose.position) - robot.radius_m);
         }
     }
+    (closest, twist, pose)
+}
+
+const BEYOND_THE_WALL: Vec2 = Vec2::new(10.0, 5.0);
+
+#[test]
+fn recovery_does_not_turn_into_a_wall_while_it_rolls() {
+    // Its edge is 3 cm from the wall.
+    let (closest, twist, pose) = recover_beside_a_wall(1.72);
     assert!(closest > 0.0, "{closest}");
-    assert!(twist.v == 0.0 && pose.bearing_to(Vec2::new(10.0, 5.0)).abs() < 0.05, "{twist:?} {pose:?}");
+    assert!(twist.v == 0.0 && pose.bearing_to(BEYOND_THE_WALL).abs() < 0.05, "{twist:?} {pose:?}");
 }
 
 #[test]
 fn recovery_keeps_room_where_there_is_room() {
-    // As above with 30 cm to the wall: the turn to the target must not end on its face.
-    let mut grid = OccupancyGrid::empty(20, 6, 1.0);
-    for col in 0..20 {
-        grid.set_occupied(Cell { col, row: 2 });
-    }
-    let (belief, robot) = (belief(&grid), Robot::default());
-    let (mut pose, mut twist) = (Pose::new(3.0, 1.45, 0.0), Twist { v: 0.9, omega: 0.0 });
-    let mut window = DynamicWindow::new(settings());
-    let mut closest = f64::INFINITY;
-    for _ in 0..60 {
-        let recovery = window.recover(&observe(&belief, &robot, pose, twist, &[]), Vec2::new(10.0, 5.0));
-        twist = robot.actuate(twist, recovery.command, 0.1);
-        for _ in 0..10 {
-            pose = pose.advance(twist, 0.01);
-            closest = math::min(closest, static_distance_m(&belief.grid().clone(), pose.position) - robot.radius_m);
-        }
-    }
-    // What the prediction may be wrong by comes off the 5 cm.
+    // 30 cm: the turn to the target must not end on the wall's face. What the prediction may be wrong by comes off the 5 cm.
+    let (closest, ..) = recover_beside_a_wall(1.45);
     assert!((0.035..0.3).contains(&closest), "{closest}");
 }
 
