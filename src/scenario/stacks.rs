@@ -213,13 +213,13 @@ mod tests {
 
     #[test]
     fn every_spelling_of_a_choice_is_the_same_choice() {
-        let plain: Stacks = serde_yaml::from_str("{global: [a_star], local: [dwa]}").unwrap();
+        let plain: Stacks = serde_yaml::from_str("{global: [a_star], local: [dwa], replan: never}").unwrap();
         for text in [
-            "{global: [a_star: {}], local: [dwa: {}], path: [[]]}",
+            "{global: [a_star: {}], local: [dwa: {}], path: [[]], replan: never}",
             "{global: [{a_star: {}}], local: [{dwa: {}}], replan: {never: {}}}",
             "global:\n- a_star:\nlocal:\n- dwa:\nreplan:\n  never:\n",
-            "{global: ['a_star'], local: [\"dwa\"]}",
-            "global:\n  - a_star: ~\nlocal:\n  - dwa: {}\n",
+            "{global: ['a_star'], local: [\"dwa\"], replan: 'never'}",
+            "global:\n  - a_star: ~\nlocal:\n  - dwa: {}\nreplan:\n  never: ~\n",
         ] {
             assert_eq!(serde_yaml::from_str::<Stacks>(text).unwrap(), plain, "{text}");
         }
