@@ -346,7 +346,7 @@ impl DynamicWindow {
     ///
     /// A disc that turns on the spot touches nothing new. While it still rolls, the braking trajectories of all yaw
     /// rates within reach are simulated. Of those that get farthest, all the way to rest where one touches nothing, the one
-    /// with the most room is taken ([`RECOVERY_ROOM_M`] and more are equal), and of these the one nearest to the wanted
+    /// with the most room is taken (5 cm and more are equal), and of these the one nearest to the wanted
     /// turn. Replaces the rollouts.
     pub fn recover(&mut self, observation: &Observation<'_>, target: Vec2) -> Recovery {
         let (robot, dt_s, twist) = (observation.robot, observation.dt_s, observation.twist);
