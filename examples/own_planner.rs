@@ -13,7 +13,7 @@ use simrun::plan::local::{Decision, Guidance, LocalPlanner};
 use simrun::plan::stack::{PlanningSpec, Stack};
 use simrun::rng::EpisodeSeed;
 use simrun::robot::Robot;
-use simrun::world::{Scene, SceneSpec, SensingSpec, StaticMap};
+use simrun::world::{Conditions, Scene, SceneSpec, StaticMap};
 use std::error::Error;
 use std::sync::Arc;
 
@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for episode in 0..5 {
         let seed = EpisodeSeed { seed: 1, episode };
         let scene = Scene::generate(&SceneSpec::default(), &map, &robot, inflation_m, seed)?;
-        let outcome = runner.run(&scene, &robot, &SensingSpec::default(), &TerminationSpec::default(), &mut stack);
+        let outcome = runner.run(&scene, &robot, &Conditions::default(), &TerminationSpec::default(), &mut stack);
         let time_s = (runner.record.trace.ticks.len() - 1) as f64 * DT_S;
         println!("episode {episode}: {} after {time_s:.1} s", outcome.name());
     }

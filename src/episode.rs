@@ -8,8 +8,7 @@ use crate::plan::stack::Stack;
 use crate::quantity::{NonNegative, Positive};
 use crate::robot::Robot;
 use crate::trace::{MoverState, PlannedPath, Tick, Trace};
-use crate::world::spec::SensingSpec;
-use crate::world::{ObstacleKind, Scene, World};
+use crate::world::{Conditions, ObstacleKind, Scene, World};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -152,12 +151,12 @@ impl Runner {
         &mut self,
         scene: &Scene,
         robot: &Robot,
-        sensing: &SensingSpec,
+        conditions: &Conditions,
         termination: &TerminationSpec,
         stack: &mut Stack,
     ) -> Outcome {
         self.record.begin(scene);
-        let episode = AssertUnwindSafe(|| self.drive(scene, robot, sensing, termination, stack));
+        let episode = AssertUnwindSafe(|| self.drive(scene, robot, conditions, termination, stack));
         catch_unwind(episode).unwrap_or_else(|panic| {
             let message = panic
                 .downcast_ref::<&str>()
@@ -172,13 +171,13 @@ impl Runner {
         &mut self,
         scene: &Scene,
         robot: &Robot,
-        sensing: &SensingSpec,
+        conditions: &Conditions,
         termination: &TerminationSpec,
         stack: &mut Stack,
     ) -> Outcome {
         let Self { sensed, record } = self;
         let clock = Stopwatch::start();
-        let mut world = World::new(scene, robot, sensing);
+        let mut world = World::new(scene, robot, conditions);
         let mut belief = Belief::new(&scene.map.grid, &scene.map.field);
         record.timings.world_s = clock.elapsed_s();
 
@@ -189,14 +188,19 @@ impl Runner {
 
         for tick in 0..tick_max {
             world.sense(&mut belief, sensed);
+            if let Some(scan) = world.scan() {
+                record.trace.ray_count = scan.ranges_m.len();
+                record.trace.ranges_m.extend_from_slice(scan.ranges_m);
+            }
             let observation = Observation {
                 tick,
                 dt_s: DT_S,
-                pose: world.pose(),
-                twist: world.twist(),
+                pose: world.believed_pose(),
+                twist: world.odometry(),
                 belief: &belief,
                 obstacles: sensed,
-                goal: scene.goal,
+                scan: world.scan(),
+                goal: world.goal(),
                 robot,
             };
             if tick == 0 {
@@ -207,7 +211,7 @@ impl Runner {
                 if let Err(failure) = planned {
                     return Outcome::NoPath { message: failure.to_string() };
                 }
-                if (scene.goal - scene.start.position).norm() <= goal_tolerance_m {
+                if (world.goal() - scene.start.position).norm() <= goal_tolerance_m {
                     return Outcome::Success;
                 }
             }
@@ -235,7 +239,7 @@ impl Runner {
                 return Outcome::Collision { with: contact.with, at_rest: contact.at_rest };
             }
             let position = world.pose().position;
-            if (scene.goal - position).norm() <= goal_tolerance_m {
+            if (world.goal() - position).norm() <= goal_tolerance_m {
                 return Outcome::Success;
             }
             // A robot that waits for its path is not stuck.
@@ -273,7 +277,7 @@ impl Record {
 
     /// The row before the first tick.
     fn push_start(&mut self, world: &World<'_>, stack: &Stack, sensed: usize) {
-        self.push(world, stack, 0, world.pose(), Decision::STAND, world.clearance_m(), sensed);
+        self.push(world, stack, 0, world.believed_pose(), Decision::STAND, world.clearance_m(), sensed);
     }
 
     #[expect(clippy::too_many_arguments, reason = "a row of the trace, from all who know of it")]

@@ -36,7 +36,7 @@
 //! use simrun::plan::{global::GlobalChoice, local::LocalChoice, stack::Stack};
 //! use simrun::rng::EpisodeSeed;
 //! use simrun::robot::Robot;
-//! use simrun::world::{Scene, SceneSpec, SensingSpec, StaticMap};
+//! use simrun::world::{Conditions, Scene, SceneSpec, StaticMap};
 //! use std::sync::Arc;
 //!
 //! let hall = OccupancyGrid::from_ascii(&["..........", "....##....", "..........", ".........."], 1.0);
@@ -47,7 +47,7 @@
 //! let (global, local) = (GlobalChoice::by_name("a_star")?, LocalChoice::by_name("dwa")?);
 //! let mut stack = Stack::new(Some(global.build()), Vec::new(), local.build());
 //! let mut runner = Runner::default();
-//! let outcome = runner.run(&scene, &robot, &SensingSpec::default(), &TerminationSpec::default(), &mut stack);
+//! let outcome = runner.run(&scene, &robot, &Conditions::default(), &TerminationSpec::default(), &mut stack);
 //! assert_eq!(outcome, Outcome::Success);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

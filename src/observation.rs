@@ -39,6 +39,30 @@ impl Belief {
         }
     }
 
+    /// Frees the cells within `bounds` (grid frame) that were added for an obstacle that touches what `touches` says, but for those
+    /// that `still_touched` claims for others.
+    pub fn remove(&mut self, bounds: Rect, touches: impl Fn(Rect) -> bool, still_touched: impl Fn(Rect) -> bool) {
+        let Self { grid, added, .. } = self;
+        let before = added.len();
+        added.retain(|&cell| {
+            let square = grid.square(cell);
+            let overlaps = square.min.x <= bounds.max.x
+                && square.max.x >= bounds.min.x
+                && square.min.y <= bounds.max.y
+                && square.max.y >= bounds.min.y;
+            let stays = !overlaps || !touches(square) || still_touched(square);
+            if !stays {
+                grid.set_free(cell);
+            }
+            stays
+        });
+        if added.len() < before {
+            // Distances grow again, which cannot be done cell by cell; it happens rarely.
+            self.field = DistanceField::new(&self.grid);
+            self.revision += 1;
+        }
+    }
+
     /// Occupancy as believed.
     pub fn grid(&self) -> &OccupancyGrid {
         &self.grid
@@ -71,6 +95,17 @@ pub struct SensedObstacle {
     pub radius_m: f64,
 }
 
+/// What a scanner at the robot's centre measured. Ray i points at heading + `bearing_first_rad` + i `bearing_step_rad`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scan<'a> {
+    /// Bearing of ray 0, rad, counter-clockwise from the heading.
+    pub bearing_first_rad: f64,
+    /// From one ray to the next, rad.
+    pub bearing_step_rad: f64,
+    /// Distance along each ray, m; infinity where nothing came back.
+    pub ranges_m: &'a [f64],
+}
+
 /// What the robot knows at one tick. Positions are in the grid frame (origin at the map's lower left corner).
 #[derive(Clone, Copy, Debug)]
 pub struct Observation<'a> {
@@ -86,6 +121,8 @@ pub struct Observation<'a> {
     pub belief: &'a Belief,
     /// Moving obstacles in sensor range, in the order of the scenario.
     pub obstacles: &'a [SensedObstacle],
+    /// What the scanner measured, if the robot has one.
+    pub scan: Option<Scan<'a>>,
     /// Where the robot is to go.
     pub goal: Vec2,
     /// The robot itself: footprint and limits.

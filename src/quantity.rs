@@ -180,6 +180,8 @@ whole_quantities! {
     CountOrZero(u32): 0 to 1_000_000_000;
     /// Samples along one axis, both ends included: 2 to 1000.
     Samples(u32): 2 to 1000;
+    /// Rays of a scanner: 1 to 10000.
+    Rays(u32): 1 to 10_000;
     /// Cells along one side of a map: 1 to 16384.
     Cells(u32): 1 to 16_384;
 }

@@ -65,6 +65,10 @@ pub struct Trace {
     pub movers: Vec<MoverState>,
     /// Number of movers.
     pub mover_count: usize,
+    /// What the scanner measured at the beginning of tick 0, 1, …: `ray_count` ranges each, m; infinity where nothing came back.
+    pub ranges_m: Vec<f64>,
+    /// Rays of the scanner; 0 without one.
+    pub ray_count: usize,
     /// Every path that came into force, oldest first; the first is the plan at tick 0.
     pub paths: Vec<PlannedPath>,
     /// Nodes expanded by the global planner, all searches.
@@ -82,12 +86,12 @@ pub struct Trace {
 impl Trace {
     /// Empties the trace and keeps its memory.
     pub fn clear(&mut self, mover_count: usize) {
-        let (mut ticks, mut movers, mut paths) =
-            (core::mem::take(&mut self.ticks), core::mem::take(&mut self.movers), core::mem::take(&mut self.paths));
+        let Self { mut ticks, mut movers, mut ranges_m, mut paths, .. } = core::mem::take(self);
         ticks.clear();
         movers.clear();
+        ranges_m.clear();
         paths.clear();
-        *self = Self { ticks, movers, mover_count, paths, ..Self::default() };
+        *self = Self { ticks, movers, mover_count, ranges_m, paths, ..Self::default() };
     }
 
     /// The movers' states in row `row` of `ticks`.
@@ -122,6 +126,10 @@ pub fn digest(trace: &Trace) -> u64 {
         } else {
             digest.text("absent");
         }
+    }
+    // Nothing where there is no scanner, so that traces without one keep their digest.
+    for &range_m in &trace.ranges_m {
+        if range_m.is_finite() { digest.real(range_m) } else { digest.text("nothing") }
     }
     digest.count(trace.paths.len());
     for PlannedPath { tick, path } in &trace.paths {
@@ -246,6 +254,25 @@ const COLUMNS: [&str; 19] = [
     "seen_statics",
     "path_deviation_m",
 ];
+
+/// Writes what the scanner measured: one row per scan, `tick,time_s,range0_m,…`; `inf` where nothing came back.
+///
+/// # Errors
+/// If `out` cannot be written.
+pub fn write_scans(trace: &Trace, dt_s: f64, out: &mut impl io::Write) -> io::Result<()> {
+    let mut record = Record { writer: csv::Writer::from_writer(out), text: String::new() };
+    let rays = (0..trace.ray_count).map(|ray| format!("range{ray}_m"));
+    record.writer.write_record(["tick", "time_s"].map(str::to_owned).into_iter().chain(rays))?;
+    for (tick, ranges_m) in trace.ranges_m.chunks(trace.ray_count.max(1)).enumerate() {
+        record.field(tick)?;
+        record.real(time_s(tick as u32, dt_s))?;
+        for &range_m in ranges_m {
+            if range_m.is_finite() { record.real(range_m)? } else { record.field("inf")? }
+        }
+        record.writer.write_record(None::<&[u8]>)?;
+    }
+    record.writer.flush()
+}
 
 /// Writes a trace as CSV: a header, then one row per row of [`Trace::ticks`], lines ended by `\n`.
 ///

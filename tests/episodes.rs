@@ -11,7 +11,7 @@ use simrun::plan::local::{Decision, Guidance, LocalChoice, LocalPlanner};
 use simrun::plan::stack::{ComputeSpec, PlanningSpec, Replan, Stack, SubGoals};
 use simrun::quantity::NonNegative;
 use simrun::robot::Robot;
-use simrun::world::{ObstacleKind, Scene, SensingSpec, Shape, StaticMap, UnknownStatic};
+use simrun::world::{Conditions, ObstacleKind, Scene, Shape, StaticMap, UnknownStatic};
 use std::sync::Arc;
 
 /// Does what a closure says.
@@ -33,7 +33,7 @@ fn scripted(local: impl FnMut(&Observation<'_>, &Guidance<'_>) -> Twist + Send +
 
 fn run(scene: &Scene, stack: &mut Stack, termination: &TerminationSpec) -> (Outcome, Runner) {
     let mut runner = Runner::default();
-    let outcome = runner.run(scene, &Robot::default(), &SensingSpec::default(), termination, stack);
+    let outcome = runner.run(scene, &Robot::default(), &Conditions::default(), termination, stack);
     (outcome, runner)
 }
 

@@ -14,7 +14,7 @@ use crate::robot::Robot;
 use crate::scenario::{Scenario, SweepPoint};
 use crate::trace::{self, Trace};
 use crate::world::spec::SceneSpec;
-use crate::world::{Infeasible, Scene, SceneError, StaticMap};
+use crate::world::{Conditions, Infeasible, Scene, SceneError, StaticMap};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -280,7 +280,8 @@ impl Experiment {
             let Worker { runner, stacks, .. } = &mut *worker;
             rows.push(match &scene {
                 Ok(scene) => {
-                    let measured = setup.drive(scene, shortest_m, spec, &mut stacks[index], runner);
+                    let measured =
+                        setup.drive(setup.seed(episode), scene, shortest_m, spec, &mut stacks[index], runner);
                     let row = self.row(point, spec, episode, measured);
                     if let Some(folder) = traces {
                         self.write_trace(folder, &row, scene, &runner.record.trace)?;
@@ -312,7 +313,7 @@ impl Experiment {
         let mut runner = Runner::default();
         let setup = &self.points[point as usize];
         let spec = &setup.stacks[stack_index];
-        let measured = setup.drive(&scene, setup.shortest_m(&scene), spec, &mut None, &mut runner);
+        let measured = setup.drive(setup.seed(episode), &scene, setup.shortest_m(&scene), spec, &mut None, &mut runner);
         let row = self.row(point, spec, episode, measured);
         Ok(Drive { scene, row, trace: runner.record.trace })
     }
@@ -323,7 +324,7 @@ impl Experiment {
     /// If none was found within the generator's bound.
     pub fn scene(&self, point: u32, episode: u64) -> Result<Scene, Infeasible> {
         let Setup { scenario, scene_spec, robot, fixed_map, .. } = &self.points[point as usize];
-        let seed = EpisodeSeed { seed: scenario.seed, episode };
+        let seed = self.points[point as usize].seed(episode);
         let map = match fixed_map {
             Some(map) => Arc::clone(map),
             None => {
@@ -353,16 +354,22 @@ impl Experiment {
         }
     }
 
-    /// Writes `e000017_a_star+dwa.csv`, with the point in front where there are several.
+    /// Writes `e000017_a_star+dwa.csv`, with the point in front where there are several, and what a scanner measured
+    /// to `e000017_a_star+dwa.lidar.csv`.
     fn write_trace(&self, folder: &Path, row: &Row, scene: &Scene, trace: &Trace) -> Result<(), RunError> {
         let point = if self.swept.is_empty() { String::new() } else { format!("p{:04}_", row.point) };
-        let path = folder.join(format!("{point}e{:06}_{}.csv", row.episode, row.stack));
-        let write = || -> io::Result<()> {
-            let mut file = io::BufWriter::new(std::fs::File::create(&path)?);
-            trace::write_csv(trace, scene.map.grid.frame(), DT_S, &mut file)?;
-            io::Write::flush(&mut file)
+        let stem = format!("{point}e{:06}_{}", row.episode, row.stack);
+        let write = |ending: &str, content: &dyn Fn(&mut io::BufWriter<std::fs::File>) -> io::Result<()>| {
+            let path = folder.join(format!("{stem}{ending}"));
+            let file = std::fs::File::create(&path);
+            let written = file.and_then(|file| content(&mut io::BufWriter::new(file)));
+            written.map_err(|source| RunError::Trace { path, source })
         };
-        write().map_err(|source| RunError::Trace { path: path.clone(), source })
+        write(".csv", &|file| trace::write_csv(trace, scene.map.grid.frame(), DT_S, file))?;
+        if trace.ray_count > 0 {
+            write(".lidar.csv", &|file| trace::write_scans(trace, DT_S, file))?;
+        }
+        Ok(())
     }
 }
 
@@ -374,12 +381,20 @@ struct Measured {
 }
 
 impl Setup {
+    fn seed(&self, episode: u64) -> EpisodeSeed {
+        EpisodeSeed { seed: self.scenario.seed, episode }
+    }
+
     fn shortest_m(&self, scene: &Scene) -> Option<f64> {
+        if !scene.has_a_fixed_task() {
+            return None;
+        }
         metrics::shortest_m(scene, self.robot.radius_m, self.scenario.termination.goal_tolerance_m.get())
     }
 
     fn drive(
         &self,
+        seed: EpisodeSeed,
         scene: &Scene,
         shortest_m: Option<f64>,
         spec: &StackSpec,
@@ -387,8 +402,14 @@ impl Setup {
         runner: &mut Runner,
     ) -> Measured {
         let scenario = &self.scenario;
+        let conditions = Conditions {
+            seed,
+            sensing: scenario.sensing.clone(),
+            localisation: scenario.localisation.clone(),
+            actuation: scenario.actuation.clone(),
+        };
         let stack = slot.get_or_insert_with(|| spec.build(&scenario.planning));
-        let outcome = runner.run(scene, &self.robot, &scenario.sensing, &scenario.termination, stack);
+        let outcome = runner.run(scene, &self.robot, &conditions, &scenario.termination, stack);
         if matches!(outcome, Outcome::PlannerError { .. }) {
             *slot = None;
         }

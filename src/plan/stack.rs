@@ -303,6 +303,7 @@ pub struct Stack {
     anchor: Anchor,
     checked_revision: u64,
     planned_tick: u32,
+    planned_goal: Vec2,
     global_s: f64,
 }
 
@@ -335,6 +336,7 @@ impl Stack {
             anchor: Anchor::default(),
             checked_revision: 0,
             planned_tick: 0,
+            planned_goal: Vec2::zeros(),
             global_s: 0.0,
         }
     }
@@ -380,7 +382,9 @@ impl Stack {
             self.route.set(path);
             self.anchor = Anchor { position: observation.pose.position, tick };
         }
-        if self.global.is_some() && self.coming_path.is_none() && self.wants_new_path(observation) {
+        // A goal that has moved is a new task, whatever the rule.
+        let goal_has_moved = observation.goal != self.planned_goal;
+        if self.coming_path.is_none() && (goal_has_moved || self.global.is_some() && self.wants_new_path(observation)) {
             self.effort.replans += 1;
             // Where no path exists on the belief map the old one stays in force.
             let _ = self.plan(observation);
@@ -487,6 +491,7 @@ impl Stack {
         self.planned_tick = observation.tick;
         self.checked_revision = observation.belief.revision();
         let (from, goal) = (observation.pose.position, observation.goal);
+        self.planned_goal = goal;
         if self.global.is_none() {
             self.route.set(Path::polyline(&[from, goal]));
             return Ok(());

@@ -24,6 +24,7 @@ impl Scenario {
     pub fn consistent(&self) -> Result<(), ScenarioError> {
         self.consistent_limits()?;
         self.consistent_termination()?;
+        self.consistent_actuation()?;
         self.consistent_stacks()?;
         self.sweep.consistent()
     }
@@ -65,6 +66,28 @@ impl Scenario {
                 ("termination.stuck_after_s", stuck),
                 ("termination.timeout_s", timeout),
             ));
+        }
+        Ok(())
+    }
+
+    fn consistent_actuation(&self) -> Result<(), ScenarioError> {
+        const LATENCY_TICKS_MAX: u32 = 1000;
+        let latency = self.actuation.latency_ticks.get();
+        if latency > LATENCY_TICKS_MAX {
+            return Err(ScenarioError::new(format!("commands would take {latency} ticks to arrive"))
+                .key(KeyPath::parse("actuation.latency_ticks"))
+                .label(format!("expected at most {LATENCY_TICKS_MAX} ticks of a tenth of a second")));
+        }
+        for (key, [low, high]) in [("slip_left", self.actuation.slip_left), ("slip_right", self.actuation.slip_right)] {
+            if low > high {
+                return Err(ScenarioError::new(format!(
+                    "expected [lowest, highest], found [{}, {}]",
+                    low.get(),
+                    high.get()
+                ))
+                .key(KeyPath::parse("actuation").key(key))
+                .label("the first number is the larger"));
+            }
         }
         Ok(())
     }

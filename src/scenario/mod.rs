@@ -43,7 +43,9 @@ use crate::plan::stack::{PlanningSpec, StackSpec};
 use crate::quantity::Count;
 use crate::robot::{Limits, RobotSpec};
 use crate::world::SceneError;
-use crate::world::spec::{GoalSpec, ObstaclesSpec, SceneSpec, SensingSpec, StartSpec};
+use crate::world::spec::{
+    ActuationSpec, GoalSpec, LocalisationSpec, ObstaclesSpec, SceneSpec, ScriptEntry, SensingSpec, StartSpec,
+};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
@@ -83,6 +85,15 @@ pub struct Scenario {
     /// What the robot senses of its surroundings.
     #[serde(default)]
     pub sensing: SensingSpec,
+    /// How well the robot knows where it is.
+    #[serde(default)]
+    pub localisation: LocalisationSpec,
+    /// How well it does what it is told.
+    #[serde(default)]
+    pub actuation: ActuationSpec,
+    /// What happens at given times; by default nothing.
+    #[serde(default)]
+    pub script: Vec<ScriptEntry>,
     /// The robot's shape and drive.
     #[serde(default)]
     pub robot: RobotSpec,
@@ -124,7 +135,7 @@ impl Scenario {
     /// # Errors
     /// The first recording that cannot be read.
     pub fn scene_spec(&self, folder: &Path) -> Result<SceneSpec, SceneError> {
-        SceneSpec::new(self.start.clone(), self.goal.clone(), self.obstacles.clone(), folder)
+        SceneSpec::new(self.start.clone(), self.goal.clone(), self.obstacles.clone(), self.script.clone(), folder)
     }
 
     /// The scenario as YAML with every default written out; reading it back gives an equal scenario.

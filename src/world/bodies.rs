@@ -6,8 +6,8 @@ use super::scene::Scene;
 use crate::geometry::{Pose, Vec2};
 use crate::math;
 use rapier2d::prelude::{
-    ActiveCollisionTypes, BroadPhaseBvh, BvhOptimizationStrategy, ColliderBuilder, PhysicsWorld, Pose as RapierPose,
-    RigidBodyBuilder, RigidBodyHandle, Rotation, SharedShape, Vector,
+    ActiveCollisionTypes, BroadPhaseBvh, BvhOptimizationStrategy, ColliderBuilder, ColliderHandle, PhysicsWorld,
+    Pose as RapierPose, RigidBodyBuilder, RigidBodyHandle, Rotation, SharedShape, Vector,
 };
 
 /// One collider for the known map, one for each unknown static, a kinematic body for the robot and for each mover.
@@ -15,6 +15,7 @@ pub(super) struct Bodies {
     pub(super) physics: PhysicsWorld,
     pub(super) robot: RigidBodyHandle,
     pub(super) movers: Vec<RigidBodyHandle>,
+    unknown: Vec<ColliderHandle>,
 }
 
 impl Bodies {
@@ -29,12 +30,14 @@ impl Bodies {
             ColliderBuilder::new(shape).density(0.0).active_collision_types(ActiveCollisionTypes::empty())
         };
         physics.insert_collider(inert(scene.map.shape().clone()), None);
+        let mut unknown = Vec::with_capacity(scene.unknown_static.len());
         for obstacle in &scene.unknown_static {
             let shape = match obstacle.shape() {
                 Shape::Disc { radius_m } => SharedShape::ball(radius_m as f32),
                 Shape::Rectangle { half_m } => SharedShape::cuboid(half_m.x as f32, half_m.y as f32),
             };
-            physics.insert_collider(inert(shape).position(rapier_pose(obstacle.pose())), None);
+            let collider = inert(shape).position(rapier_pose(obstacle.pose())).enabled(obstacle.is_present());
+            unknown.push(physics.insert_collider(collider, None));
         }
         let mut kinematic = |pose: Pose, radius_m: f64| {
             let body = RigidBodyBuilder::kinematic_position_based().pose(rapier_pose(pose)).can_sleep(false);
@@ -42,7 +45,12 @@ impl Bodies {
         };
         let robot = kinematic(scene.start, robot_radius_m);
         let movers = scene.movers.iter().map(|mover| kinematic(mover_pose(mover.position), mover.radius_m)).collect();
-        Self { physics, robot, movers }
+        Self { physics, robot, movers, unknown }
+    }
+
+    /// An unknown static appears or vanishes.
+    pub(super) fn set_presence(&mut self, number: usize, present: bool) {
+        self.physics.colliders[self.unknown[number]].set_enabled(present);
     }
 
     /// Moves every body to where it is at the end of the tick.

@@ -11,23 +11,25 @@
 //! so on the planning grid as well; where a given start or goal lies inside the inflated zone, the footprint alone.
 //! Every draw is bounded; what cannot be placed within [`TRIES`] draws makes the scene infeasible, which is a result.
 
+use super::DT_S;
 use super::motion::{Irregular, Motion, Patrol, Replay, Sample};
 use super::mover::free_run;
 use super::obstacle::{Mover, SLACK_M, Shape, UnknownStatic};
 use super::recording::Recording;
 use super::route::reference_route;
 use super::scene::Scene;
+use super::script::{Change, Event};
 use super::spec::moving::{Heading, MotionChoice};
 use super::spec::{
-    CellPlace, GoalSpec, MovingChoice, PlacementChoice, RandomPlace, SceneSpec, StartSpec, UnknownStaticChoice, moving,
-    unknown_static,
+    CellPlace, EventChoice, GoalSpec, MovingChoice, PlacementChoice, RandomPlace, SceneSpec, ScriptEntry, StartSpec,
+    UnknownStaticChoice, moving, unknown_static,
 };
 use super::statics::{StaticMap, Statics};
 use crate::geometry::{Path, Pose, Rect, Vec2, direction};
 use crate::map::connectivity::{Components, passable};
 use crate::map::{Cell, OccupancyGrid};
 use crate::math;
-use crate::quantity::{Finite, Fraction, NonNegative, Positive};
+use crate::quantity::{CountOrZero, Finite, Fraction, NonNegative, Positive};
 use crate::rng::{EpisodeSeed, Purpose, Stream};
 use crate::robot::Robot;
 use std::sync::Arc;
@@ -145,7 +147,74 @@ impl SceneSpec {
                 }
             }
         }
+        self.check_script(robot, &statics)
+    }
+
+    fn check_script(&self, robot: &Robot, statics: &Statics<'_>) -> Result<(), SceneError> {
+        let kinds = self.kinds_of_movers();
+        for (entry, ScriptEntry { at_s, event }) in self.script.iter().enumerate() {
+            let key = format!("script[{entry}].event.{}", event.name());
+            let mover = match event {
+                EventChoice::obstacle(params) => {
+                    let [x, y, _] = params.pose;
+                    let p = point([x, y], &statics.map.grid);
+                    if statics.map.edge_distance_m(p) < 0.0 {
+                        return Err(SceneError::new(format!("{key}.pose"), outside(p, statics.map)));
+                    }
+                    if let Some(until_s) = params.until_s.filter(|until_s| until_s <= at_s) {
+                        let message =
+                            format!("it would vanish ({} s) before it appears ({} s)", until_s.get(), at_s.get());
+                        return Err(SceneError::new(format!("{key}.until_s"), message));
+                    }
+                    continue;
+                }
+                EventChoice::goal(params) => {
+                    let known = Statics { map: statics.map, unknown: &[] };
+                    check_fits(&format!("{key}.to"), point(params.to, &statics.map.grid), robot, &known)?;
+                    continue;
+                }
+                EventChoice::wheel_slip(params) => {
+                    check_range(&format!("{key}.left"), params.left.map(Fraction::get))?;
+                    check_range(&format!("{key}.right"), params.right.map(Fraction::get))?;
+                    continue;
+                }
+                EventChoice::sensor_range(_) => continue,
+                EventChoice::mover_appears(params) => params.mover,
+                EventChoice::mover_vanishes(params) => params.mover,
+                EventChoice::mover_stops(params) => params.mover,
+                EventChoice::mover_starts(params) => params.mover,
+                EventChoice::mover_velocity(params) => params.mover,
+            };
+            let (mover, count) = (mover.get(), kinds.len());
+            let message = match kinds.get(mover as usize) {
+                None => format!("there is no mover {mover}: `obstacles.moving` gives {count}, numbered from 0"),
+                Some(&"replay") => format!("mover {mover} replays a recording and does nothing else"),
+                Some(&"patrol") if matches!(event, EventChoice::mover_velocity(_)) => {
+                    format!("mover {mover} is on patrol and has no velocity of its own")
+                }
+                Some(_) => continue,
+            };
+            return Err(SceneError::new(format!("{key}.mover"), message));
+        }
         Ok(())
+    }
+
+    /// The kind of each mover, in the scene's order.
+    fn kinds_of_movers(&self) -> Vec<&'static str> {
+        let mut recordings = self.recordings.iter();
+        let kinds = self.obstacles.moving.iter().flat_map(|choice| {
+            let count = match choice {
+                MovingChoice::fixed(_) | MovingChoice::patrol(_) => 1,
+                MovingChoice::random(params) => params.count.get() as usize,
+                MovingChoice::crossing(params) => params.count.get() as usize,
+                MovingChoice::replay(params) => recordings.next().map_or(0, |recording| {
+                    let plays = |id: &u64| params.ids.as_ref().is_none_or(|ids| ids.contains(id));
+                    recording.tracks().filter(|(id, _)| plays(id)).count()
+                }),
+            };
+            core::iter::repeat_n(choice.name(), count)
+        });
+        kinds.collect()
     }
 }
 
@@ -461,6 +530,7 @@ impl Scene {
             reference_route,
             unknown_static: Vec::new(),
             movers: Vec::new(),
+            script: Vec::new(),
         };
         let cells = (grid.index(grid.cell_at(start)), grid.index(grid.cell_at(goal)));
         for (entry, choice) in spec.obstacles.unknown_static.iter().enumerate() {
@@ -532,7 +602,43 @@ impl Scene {
                 }
             }
         }
+        scene.write_script(&spec.script);
         Ok(scene)
+    }
+
+    /// Turns the entries of a script into events by tick; what happens at the same tick happens in the order of the file.
+    fn write_script(&mut self, entries: &[ScriptEntry]) {
+        let grid = &self.map.grid;
+        let tick_of = |time_s: NonNegative| (time_s.get() / DT_S).round() as u32;
+        for ScriptEntry { at_s, event } in entries {
+            let number = |mover: CountOrZero| mover.get() as usize;
+            let change = match event {
+                EventChoice::obstacle(params) => {
+                    let [x, y, theta] = params.pose.map(Finite::get);
+                    let pose = grid.frame().to_grid(Pose::new(x, y, theta));
+                    let number = self.unknown_static.len();
+                    self.unknown_static.push(UnknownStatic::new(pose, Shape::from(&params.shape)).with_presence(false));
+                    if let Some(until_s) = params.until_s {
+                        let gone = Change::Obstacle { number, present: false };
+                        self.script.push(Event { tick: tick_of(until_s), change: gone });
+                    }
+                    Change::Obstacle { number, present: true }
+                }
+                EventChoice::mover_appears(params) => Change::Mover { number: number(params.mover), present: true },
+                EventChoice::mover_vanishes(params) => Change::Mover { number: number(params.mover), present: false },
+                EventChoice::mover_stops(params) => Change::Halt { number: number(params.mover), halted: true },
+                EventChoice::mover_starts(params) => Change::Halt { number: number(params.mover), halted: false },
+                EventChoice::mover_velocity(params) => {
+                    let [still, moving] = [[Finite::new(0.0); 2], params.velocity_mps].map(|v| point(v, grid));
+                    Change::Velocity { number: number(params.mover), velocity: moving - still }
+                }
+                EventChoice::goal(params) => Change::Goal(point(params.to, grid)),
+                EventChoice::sensor_range(params) => Change::SensorRange(params.range_m.get()),
+                EventChoice::wheel_slip(params) => Change::WheelSlip { left: params.left, right: params.right },
+            };
+            self.script.push(Event { tick: tick_of(*at_s), change });
+        }
+        self.script.sort_by_key(|event| event.tick);
     }
 }
 
@@ -789,7 +895,7 @@ fn aisle(map: &StaticMap, position: Vec2, radius_m: f64) -> Vec2 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::spec::{ObstaclesSpec, SensingSpec};
+    use super::super::spec::{Conditions, ObstaclesSpec};
     use super::super::truth::World;
     use super::*;
     use crate::geometry::Twist;
@@ -802,6 +908,7 @@ mod tests {
             goal: serde_yaml::from_str(goal).unwrap(),
             obstacles: serde_yaml::from_str::<ObstaclesSpec>(obstacles).unwrap(),
             recordings: Vec::new(),
+            script: Vec::new(),
         }
     }
 
@@ -892,7 +999,7 @@ moving:
         for episode in 0..60 {
             let Ok(scene) = paper_scene(episode) else { continue };
             let robot = Robot::default();
-            let mut world = World::new(&scene, &robot, &SensingSpec::default());
+            let mut world = World::new(&scene, &robot, &Conditions::default());
             for _ in 0..100 {
                 world.step(Twist::ZERO);
                 for (mover, begin) in world.movers().iter().zip(&scene.movers) {
@@ -1107,7 +1214,7 @@ moving:
     /// The mover's states over `ticks` ticks of a world in which the robot stands.
     fn states(scene: &Scene, ticks: usize) -> Vec<Vec<Mover>> {
         let robot = Robot::default();
-        let mut world = World::new(scene, &robot, &SensingSpec::default());
+        let mut world = World::new(scene, &robot, &Conditions::default());
         let mut all = vec![world.movers().to_vec()];
         for _ in 0..ticks {
             assert_eq!(world.step(Twist::ZERO).contact, None);
@@ -1165,7 +1272,7 @@ moving:
             let mover = &scene.movers[0];
             assert!((mover.position - scene.start.position).norm() >= 3.0 + 0.3 + 0.25 - 1e-9);
             let robot = Robot::default();
-            let mut world = World::new(&scene, &robot, &SensingSpec::default());
+            let mut world = World::new(&scene, &robot, &Conditions::default());
             let meets = (0..(last / 0.1).ceil() as u32 + 1).any(|tick| {
                 let at = world.movers()[0].position;
                 world.step(Twist::ZERO);
@@ -1247,7 +1354,7 @@ moving:
         let map = Arc::new(StaticMap::new(OccupancyGrid::empty(40, 30, 1.0)));
         let scene = Scene::generate(&spec, &map, &Robot::default(), 0.3, seed(0)).unwrap();
         let robot = Robot::default();
-        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        let mut world = World::new(&scene, &robot, &Conditions::default());
         let hit = (0..20).find_map(|tick| world.step(Twist::ZERO).contact.map(|contact| (tick, contact.time_s)));
         assert_eq!(hit, Some((10, 0.0)));
     }

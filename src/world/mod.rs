@@ -21,16 +21,20 @@
 //! - Movers are discs that pass through each other and through the robot; only statics and the map's edge
 //!   turn them. One that meets more than eight surfaces within a tick, wedged in a gap of its own width, stands for the
 //!   rest of it.
-//! - Wheels do not slip and the sensor sees all round, through walls and without noise.
+//! - Perception and actuation are perfect unless [`Conditions`] say otherwise: noise, drift, latency, slip, occlusion.
 
 mod bodies;
+mod drivetrain;
 mod generate;
 mod motion;
 mod mover;
 mod obstacle;
+mod perception;
+mod ray;
 mod recording;
 mod route;
 mod scene;
+mod script;
 pub mod spec;
 mod statics;
 mod sweep;
@@ -41,7 +45,8 @@ pub use motion::{Irregular, Motion, Patrol, Replay, Sample};
 pub use obstacle::{Mover, Shape, UnknownStatic};
 pub use recording::Recording;
 pub use scene::{ObstacleKind, Scene};
-pub use spec::{SceneSpec, SensingSpec};
+pub use script::{Change, Event};
+pub use spec::{Conditions, SceneSpec};
 pub use statics::StaticMap;
 pub use truth::{Contact, Step, World};
 

@@ -169,6 +169,8 @@ pub(super) struct Driver {
     /// The stretch of an irregular motion that it is in, and the tick at which the next one begins.
     stretch: (u32, u32),
     beat: Beat,
+    /// Whether the script makes it stand.
+    pub(super) halted: bool,
 }
 
 impl Driver {
@@ -179,7 +181,12 @@ impl Driver {
             Motion::Uniform | Motion::Patrol(_) | Motion::Replay(_) => u32::MAX,
         };
         let beat = Beat { next: 1, backwards: false, wait_s: 0.0 };
-        Self { cruise: mover.velocity, stretch: (0, ends), beat }
+        Self { cruise: mover.velocity, stretch: (0, ends), beat, halted: false }
+    }
+
+    /// The mover has another velocity from now on.
+    pub(super) fn set_velocity(&mut self, mover: &mut Mover, velocity: Vec2) {
+        (self.cruise, mover.velocity) = (velocity, velocity);
     }
 
     /// What changes at the beginning of `tick`: an irregular mover's velocity, whether a recorded one is there.
@@ -215,7 +222,7 @@ impl Driver {
         (robot, robot_radius_m): (Vec2, f64),
         tick: u32,
     ) -> Course {
-        if !mover.present {
+        if !mover.present || self.halted {
             return Course::standing(mover.position);
         }
         let wants = match &mover.motion {

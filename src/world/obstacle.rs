@@ -54,12 +54,13 @@ pub struct UnknownStatic {
     shape: Shape,
     /// Direction of the shape's own x axis, kept because distances need it every tick.
     axis: Vec2,
+    present: bool,
 }
 
 impl UnknownStatic {
     /// The obstacle of that shape with its centre at `pose` (grid frame).
     pub fn new(pose: Pose, shape: Shape) -> Self {
-        Self { pose, shape, axis: direction(pose.theta) }
+        Self { pose, shape, axis: direction(pose.theta), present: true }
     }
 
     /// Pose of the centre, grid frame.
@@ -72,8 +73,22 @@ impl UnknownStatic {
         self.shape
     }
 
-    /// Signed distance from the point `p` (grid frame) to the outline, m: negative inside.
+    /// The same obstacle, there or not.
+    #[must_use]
+    pub fn with_presence(self, present: bool) -> Self {
+        Self { present, ..self }
+    }
+
+    /// Whether it is there; one that is not is in nobody's way.
+    pub fn is_present(&self) -> bool {
+        self.present
+    }
+
+    /// Signed distance from the point `p` (grid frame) to the outline, m: negative inside; infinite while it is away.
     pub fn distance_m(&self, p: Vec2) -> f64 {
+        if !self.present {
+            return f64::INFINITY;
+        }
         match self.shape {
             Shape::Disc { radius_m } => (p - self.pose.position).norm() - radius_m,
             Shape::Rectangle { half_m } => centred(half_m).signed_distance(self.in_own_frame(p - self.pose.position)),
@@ -116,6 +131,9 @@ impl UnknownStatic {
 
     /// First contact of a disc that moves from `p` with `velocity`: see [`sweep_disc_rect`].
     pub(super) fn sweep_disc(&self, p: Vec2, velocity: Vec2, radius_m: f64) -> Option<Hit> {
+        if !self.present {
+            return None;
+        }
         match self.shape {
             Shape::Disc { radius_m: own } => sweep_point_disc(p, velocity, self.pose.position, own + radius_m),
             Shape::Rectangle { half_m } => {
@@ -126,11 +144,11 @@ impl UnknownStatic {
         }
     }
 
-    fn in_own_frame(self, d: Vec2) -> Vec2 {
+    pub(super) fn in_own_frame(self, d: Vec2) -> Vec2 {
         Vec2::new(self.axis.x * d.x + self.axis.y * d.y, self.axis.x * d.y - self.axis.y * d.x)
     }
 
-    fn out_of_own_frame(self, d: Vec2) -> Vec2 {
+    pub(super) fn out_of_own_frame(self, d: Vec2) -> Vec2 {
         Vec2::new(self.axis.x * d.x - self.axis.y * d.y, self.axis.y * d.x + self.axis.x * d.y)
     }
 }

@@ -1,6 +1,7 @@
 //! A scene: everything about one episode's world before the first tick. Equal for all stacks.
 
 use super::obstacle::{Mover, Shape, UnknownStatic};
+use super::script::{Change, Event};
 use super::spec::moving::{OnRobot, OnStatic};
 use super::statics::{Digest, StaticMap, Statics};
 use crate::geometry::{Path, Pose, Vec2};
@@ -23,13 +24,30 @@ pub struct Scene {
     pub unknown_static: Vec<UnknownStatic>,
     /// Moving obstacles.
     pub movers: Vec<Mover>,
+    /// What happens when, by tick.
+    pub script: Vec<Event>,
 }
 
 impl Scene {
     /// A scene with nothing but a map, a start and a goal; the route is the straight line.
     pub fn new(map: &Arc<StaticMap>, start: Pose, goal: Vec2) -> Self {
         let reference_route = Path::polyline(&[start.position, goal]);
-        Self { map: Arc::clone(map), start, goal, reference_route, unknown_static: Vec::new(), movers: Vec::new() }
+        let (unknown_static, movers, script) = (Vec::new(), Vec::new(), Vec::new());
+        Self { map: Arc::clone(map), start, goal, reference_route, unknown_static, movers, script }
+    }
+
+    /// Where the robot is to go during `tick`.
+    pub fn goal_during(&self, tick: u32) -> Vec2 {
+        let moved = self.script.iter().take_while(|event| event.tick <= tick).filter_map(|event| match event.change {
+            Change::Goal(goal) => Some(goal),
+            _ => None,
+        });
+        moved.last().unwrap_or(self.goal)
+    }
+
+    /// Whether goal and statics stay as they are, so that the shortest way is one for the whole episode.
+    pub fn has_a_fixed_task(&self) -> bool {
+        !self.script.iter().any(|event| event.change.moves_the_task())
     }
 
     /// The scene's fingerprint: equal exactly where all bits of map, start, goal and obstacles are
@@ -71,6 +89,9 @@ impl Scene {
             });
             digest.real(mover.yield_distance_m);
             mover.motion.digest(&mut digest);
+        }
+        for event in &self.script {
+            event.digest(&mut digest);
         }
         digest.value()
     }

@@ -213,6 +213,10 @@ impl Digest {
         }
     }
 
+    pub(super) fn words<const N: usize>(&mut self, words: [u64; N]) {
+        words.into_iter().for_each(|word| self.word(word));
+    }
+
     pub(super) fn real(&mut self, number: f64) {
         self.word(math::canonical(number).to_bits());
     }

@@ -1,15 +1,18 @@
 //! The world while it runs: actuation, motion, sensing, and the judgement of contact and clearance.
 
 use super::bodies::Bodies;
+use super::drivetrain::Drivetrain;
 use super::mover::{Course, Driver};
 use super::obstacle::{Mover, UnknownStatic};
+use super::perception::{Lidar, Localisation, Sensor, Surroundings};
 use super::scene::{ObstacleKind, Scene};
-use super::spec::SensingSpec;
+use super::script::Change;
+use super::spec::Conditions;
 use super::sweep::{Sample, bound, first_contact, lowest};
 use super::{DT_S, statics::Statics};
-use crate::geometry::{Pose, Twist, Vec2};
+use crate::geometry::{Pose, Twist, Vec2, wrap_angle};
 use crate::math;
-use crate::observation::{Belief, SensedObstacle};
+use crate::observation::{Belief, Scan, SensedObstacle};
 use crate::robot::Robot;
 
 /// Below this speed, m/s, and [`REST_YAW_RATE_RADPS`] the robot counts as standing still.
@@ -46,16 +49,27 @@ pub struct Contact {
 pub struct World<'s> {
     scene: &'s Scene,
     robot: &'s Robot,
-    sensor_range_m: f64,
+    conditions: Conditions,
+    sensor: Sensor,
+    lidar: Option<Lidar>,
+    localisation: Localisation,
+    drivetrain: Drivetrain,
     pose: Pose,
+    /// Where the robot believes to be at the beginning of this tick.
+    believed: Pose,
+    goal: Vec2,
     twist: Twist,
     movers: Vec<Mover>,
     /// What each mover is about to do.
     drivers: Vec<Driver>,
     courses: Vec<Course>,
-    /// Unknown statics that were sensed in this episode, and how many.
-    seen: Vec<bool>,
-    seen_count: u32,
+    /// The scene's unknown statics, there or not as the script has it.
+    unknown: Vec<UnknownStatic>,
+    /// Each of them as the robot believes it, if it knows of it, and how many it knows.
+    known: Vec<Option<UnknownStatic>>,
+    known_count: u32,
+    /// Events of the script that have happened.
+    events: usize,
     /// Gap to each body now, see [`Tick::gap_m`].
     gaps_m: Vec<f64>,
     gaps_before_m: Vec<f64>,
@@ -144,19 +158,27 @@ fn smallest(gaps_m: &[f64]) -> f64 {
 
 impl<'s> World<'s> {
     /// The world of `scene` before the first tick.
-    pub fn new(scene: &'s Scene, robot: &'s Robot, sensing: &SensingSpec) -> Self {
+    pub fn new(scene: &'s Scene, robot: &'s Robot, conditions: &Conditions) -> Self {
         let body_count = 1 + scene.unknown_static.len() + scene.movers.len();
         let mut world = Self {
             scene,
             robot,
-            sensor_range_m: sensing.range_m.get(),
+            conditions: conditions.clone(),
+            sensor: Sensor::new(conditions, body_count - 1),
+            lidar: conditions.sensing.lidar.as_ref().map(|spec| Lidar::new(spec, conditions.seed)),
+            localisation: Localisation::new(conditions),
+            drivetrain: Drivetrain::new(conditions),
             pose: scene.start,
+            believed: scene.start,
+            goal: scene.goal,
             twist: Twist::ZERO,
             movers: scene.movers.clone(),
             drivers: scene.movers.iter().map(Driver::new).collect(),
             courses: scene.movers.iter().map(|mover| Course::standing(mover.position)).collect(),
-            seen: vec![false; scene.unknown_static.len()],
-            seen_count: 0,
+            unknown: scene.unknown_static.clone(),
+            known: vec![None; scene.unknown_static.len()],
+            known_count: 0,
+            events: 0,
             gaps_m: vec![0.0; body_count],
             gaps_before_m: vec![0.0; body_count],
             clearance_min_m: f64::INFINITY,
@@ -166,7 +188,7 @@ impl<'s> World<'s> {
         };
         world.begin_tick();
         let tick = Tick {
-            statics: scene.statics(),
+            statics: Statics { map: &scene.map, unknown: &world.unknown },
             movers: &world.movers,
             courses: &world.courses,
             begin: world.pose,
@@ -180,11 +202,7 @@ impl<'s> World<'s> {
 
     /// Puts everything back to before the first tick.
     pub fn reset(&mut self) {
-        *self = Self::new(
-            self.scene,
-            self.robot,
-            &SensingSpec { range_m: crate::quantity::Positive::new(self.sensor_range_m) },
-        );
+        *self = Self::new(self.scene, self.robot, &self.conditions);
     }
 
     /// True pose of the robot, grid frame.
@@ -192,9 +210,32 @@ impl<'s> World<'s> {
         self.pose
     }
 
-    /// True twist of the robot during the last tick.
+    /// Pose that the robot believes to have at the beginning of this tick, grid frame.
+    pub fn believed_pose(&self) -> Pose {
+        self.believed
+    }
+
+    /// True twist of the robot during the last tick: its motion over ground.
     pub fn twist(&self) -> Twist {
         self.twist
+    }
+
+    /// Twist of the robot's wheels during the last tick: what it believes its twist to be.
+    pub fn odometry(&self) -> Twist {
+        self.drivetrain.wheels
+    }
+
+    /// Where the robot is to go now, grid frame.
+    pub fn goal(&self) -> Vec2 {
+        self.goal
+    }
+
+    /// What the scanner measured at the beginning of this tick, after [`Self::sense`].
+    pub fn scan(&self) -> Option<Scan<'_>> {
+        self.lidar.as_ref().map(|lidar| {
+            let (bearing_first_rad, bearing_step_rad) = lidar.bearings_rad();
+            Scan { bearing_first_rad, bearing_step_rad, ranges_m: &lidar.ranges_m }
+        })
     }
 
     /// The movers as they are now, in the scene's order.
@@ -207,54 +248,124 @@ impl<'s> World<'s> {
         smallest(&self.gaps_m)
     }
 
-    /// Unknown statics that the robot has sensed so far.
+    /// Unknown statics that the robot knows of by now.
     pub fn seen_statics(&self) -> u32 {
-        self.seen_count
+        self.known_count
     }
 
-    /// Makes the changes with which this tick begins, once: movers that set out another way, appear or vanish.
+    /// Makes the changes with which this tick begins, once: the script's events, movers that set out another way, appear or
+    /// vanish, what the robot believes of itself.
     fn begin_tick(&mut self) {
         if core::mem::replace(&mut self.has_begun, true) {
             return;
         }
-        let first_mover = 1 + self.scene.unknown_static.len();
-        for (index, (mover, driver)) in self.movers.iter_mut().zip(&mut self.drivers).enumerate() {
+        while let Some(event) = self.scene.script.get(self.events).filter(|event| event.tick <= self.tick) {
+            self.events += 1;
+            self.change(event.change);
+        }
+        for index in 0..self.movers.len() {
+            let mover = &mut self.movers[index];
             let was_present = mover.present;
-            driver.begin(mover, self.tick);
+            self.drivers[index].begin(mover, self.tick);
             if mover.present != was_present {
-                self.courses[index] = Course::standing(mover.position);
-                let gap = (mover.position - self.pose.position).norm() - mover.radius_m - self.robot.radius_m;
-                self.gaps_m[first_mover + index] = if mover.present { gap } else { f64::INFINITY };
+                self.note_presence(index);
             }
+        }
+        self.believed = self.localisation.believe(self.pose, self.tick);
+    }
+
+    fn change(&mut self, change: Change) {
+        match change {
+            Change::Obstacle { number, present } => {
+                self.unknown[number] = self.unknown[number].with_presence(present);
+                self.bodies.set_presence(number, present);
+                self.gaps_m[1 + number] = self.unknown[number].distance_m(self.pose.position) - self.robot.radius_m;
+            }
+            Change::Mover { number, present } => {
+                self.movers[number].present = present;
+                self.note_presence(number);
+            }
+            Change::Halt { number, halted } => self.drivers[number].halted = halted,
+            Change::Velocity { number, velocity } => {
+                self.drivers[number].set_velocity(&mut self.movers[number], velocity)
+            }
+            Change::Goal(goal) => self.goal = goal,
+            Change::SensorRange(range_m) => self.sensor.set_range_m(range_m),
+            Change::WheelSlip { left, right } => self.drivetrain.set_slip(left, right),
         }
     }
 
-    /// Senses: writes the movers in range to `sensed` (the scene's order), and unknown statics newly in range to
-    /// `belief`, every cell that they touch.
+    /// A mover has appeared or vanished.
+    fn note_presence(&mut self, index: usize) {
+        let mover = &self.movers[index];
+        self.courses[index] = Course::standing(mover.position);
+        let gap = (mover.position - self.pose.position).norm() - mover.radius_m - self.robot.radius_m;
+        self.gaps_m[1 + self.unknown.len() + index] = if mover.present { gap } else { f64::INFINITY };
+    }
+
+    /// Senses: writes the movers in range to `sensed` (the scene's order), and what is new of the unknown statics to
+    /// `belief`: every cell that one touches where it is perceived, or that one no longer touches that is seen to be gone.
     ///
-    /// In range is what has its surface within the sensor range of the robot's true centre.
+    /// What is perceived, and how, [`SensingSpec`](super::spec::SensingSpec) says.
     pub fn sense(&mut self, belief: &mut Belief, sensed: &mut Vec<SensedObstacle>) {
         self.begin_tick();
-        let robot = self.pose.position;
+        let (eye, believed, tick) = (self.pose, self.believed, self.tick);
+        // From where something is to where a robot places it that is wrong about its own pose.
+        let is_lost = believed != eye;
+        let turn = wrap_angle(believed.theta - eye.theta);
+        let (sin, cos) = math::sin_cos(turn);
+        let turned = |d: Vec2| if is_lost { Vec2::new(cos * d.x - sin * d.y, sin * d.x + cos * d.y) } else { d };
+        let placed = |p: Vec2| if is_lost { believed.position + turned(p - eye.position) } else { p };
+
+        let statics = Statics { map: &self.scene.map, unknown: &self.unknown };
+        let surroundings = Surroundings { statics, movers: &self.movers };
         sensed.clear();
-        sensed.extend(
-            self.movers
-                .iter()
-                .filter(|mover| {
-                    mover.present && (mover.position - robot).norm() - mover.radius_m <= self.sensor_range_m
-                })
-                .map(|mover| SensedObstacle {
-                    position: mover.position,
-                    velocity: mover.velocity,
+        for (index, mover) in self.movers.iter().enumerate().filter(|(_, mover)| mover.present) {
+            let line = mover.position - eye.position;
+            let away_m = line.norm();
+            let gap_m = away_m - mover.radius_m;
+            let nearest = || if gap_m > 0.0 { eye.position + line * (gap_m / away_m) } else { eye.position };
+            let number = self.unknown.len() + index;
+            if let Some(sighting) = self.sensor.look(&surroundings, eye, tick, number, gap_m, nearest) {
+                sensed.push(SensedObstacle {
+                    position: placed(mover.position + sighting.offset),
+                    velocity: turned(mover.velocity + sighting.velocity_error),
                     radius_m: mover.radius_m,
-                }),
-        );
-        for (obstacle, seen) in self.scene.unknown_static.iter().zip(&mut self.seen) {
-            if !*seen && obstacle.distance_m(robot) <= self.sensor_range_m {
-                *seen = true;
-                self.seen_count += 1;
-                belief.add(obstacle.bounds(), |square| UnknownStatic::touches(obstacle, square));
+                });
             }
+        }
+        for number in 0..self.unknown.len() {
+            let obstacle = self.unknown[number];
+            if obstacle.is_present() == self.known[number].is_some() {
+                continue;
+            }
+            // One that is gone is looked for where it was.
+            let there = obstacle.with_presence(true);
+            let gap_m = there.distance_m(eye.position);
+            let nearest = || there.nearest_point(eye.position);
+            let Some(sighting) = self.sensor.look(&surroundings, eye, tick, number, gap_m, nearest) else { continue };
+            if let Some(gone) = self.known[number].take() {
+                self.known_count -= 1;
+                let others = &self.known;
+                belief.remove(
+                    gone.bounds(),
+                    |square| gone.touches(square),
+                    |square| others.iter().flatten().any(|other| other.touches(square)),
+                );
+                continue;
+            }
+            let perceived = if is_lost || sighting.offset != Vec2::zeros() {
+                let position = placed(obstacle.pose().position + sighting.offset);
+                UnknownStatic::new(Pose { position, theta: wrap_angle(obstacle.pose().theta + turn) }, obstacle.shape())
+            } else {
+                obstacle
+            };
+            self.known[number] = Some(perceived);
+            self.known_count += 1;
+            belief.add(perceived.bounds(), |square| perceived.touches(square));
+        }
+        if let Some(lidar) = &mut self.lidar {
+            lidar.scan(&surroundings, eye, tick);
         }
     }
 
@@ -265,8 +376,8 @@ impl<'s> World<'s> {
     pub fn step(&mut self, command: Twist) -> Step {
         assert!(command.v.is_finite() && command.omega.is_finite(), "the command is not finite: {command:?}");
         self.begin_tick();
-        self.twist = self.robot.actuate(self.twist, command, DT_S);
-        let statics = self.scene.statics();
+        self.twist = self.drivetrain.drive(self.robot, command, self.tick);
+        let statics = Statics { map: &self.scene.map, unknown: &self.unknown };
         let robot = (self.pose.position, self.robot.radius_m);
         for ((mover, driver), course) in self.movers.iter().zip(&mut self.drivers).zip(&mut self.courses) {
             *course = driver.course(mover, &statics, robot, self.tick);
@@ -464,7 +575,7 @@ mod tests {
             if smallest(&oracle.gaps_m(scene.start.position, 0.0)) < 0.01 {
                 continue;
             }
-            let mut world = World::new(&scene, &robot, &SensingSpec::default());
+            let mut world = World::new(&scene, &robot, &Conditions::default());
             let (mut episode_low, mut episode_truth) = (world.clearance_m(), world.clearance_m());
             for tick in 0..8 {
                 // One in four stands or only turns.
@@ -524,7 +635,7 @@ mod tests {
             let beside = robot.radius_m + 0.5 + stream.range(0.0, 0.5);
             let pose = Pose::new(10.0 + stream.range(-0.5, 0.5), 10.0 + beside, 0.0);
             scene.unknown_static.push(UnknownStatic::new(pose, Shape::Disc { radius_m: 0.5 }));
-            let mut world = World::new(&scene, &robot, &SensingSpec::default());
+            let mut world = World::new(&scene, &robot, &Conditions::default());
             let (v, mut low) = (stream.range(1.0, 5.0), f64::INFINITY);
             while world.pose().position.x < 15.0 {
                 low = math::min(low, world.step(Twist { v, omega: 0.0 }).clearance_low_m);
@@ -548,7 +659,7 @@ mod tests {
             let position = centre + reach * direction(stream.range(1.0, 5.0));
             let shape = Shape::Disc { radius_m: disc };
             scene.unknown_static.push(UnknownStatic::new(Pose { position, theta: 0.0 }, shape));
-            let mut world = World::new(&scene, &robot, &SensingSpec::default());
+            let mut world = World::new(&scene, &robot, &Conditions::default());
             let v = stream.range(0.5, 5.0);
             let twist = Twist { v, omega: v / turn_radius };
             let (mut found, mut low) = (false, f64::INFINITY);
@@ -572,7 +683,7 @@ mod tests {
     fn a_straight_drive_a_circle_and_braking_follow_their_closed_forms() {
         let robot = nimble(0.25);
         let scene = empty_scene(20, 20, Pose::new(3.0, 10.0, 0.0));
-        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        let mut world = World::new(&scene, &robot, &Conditions::default());
         for _ in 0..100 {
             world.step(Twist { v: 1.2, omega: 0.0 });
         }
@@ -591,7 +702,7 @@ mod tests {
 
         // From 1 m/s at 0.5 m/s², each tick at its end speed: 0.95 m (robot.rs works it out).
         let robot = Robot::default();
-        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        let mut world = World::new(&scene, &robot, &Conditions::default());
         while world.twist().v < 1.0 {
             world.step(Twist { v: 1.0, omega: 0.0 });
         }
@@ -610,7 +721,7 @@ mod tests {
         let map = Arc::new(StaticMap::new(grid));
         let robot = nimble(0.25);
         let drive = |scene: &Scene, v: f64| {
-            let mut world = World::new(scene, &robot, &SensingSpec::default());
+            let mut world = World::new(scene, &robot, &Conditions::default());
             (1..100).find_map(|tick| world.step(Twist { v, omega: 0.0 }).contact.map(|contact| (tick, contact)))
         };
         let scene = Scene::new(&map, Pose::new(2.5, 1.5, 0.0), Vec2::new(2.5, 1.5));
@@ -634,7 +745,7 @@ mod tests {
         let map = Arc::new(StaticMap::new(OccupancyGrid::from_ascii(&["########", "........", "########"], 0.1)));
         let robot = nimble(0.05);
         let scene = Scene::new(&map, Pose::new(0.15, 0.15, 0.0), Vec2::new(0.6, 0.15));
-        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        let mut world = World::new(&scene, &robot, &Conditions::default());
         for _ in 0..10 {
             assert_eq!(world.step(Twist { v: 0.5, omega: 0.0 }).contact, None);
         }
@@ -647,7 +758,7 @@ mod tests {
         let half_m = Vec2::new(0.001, 1.0);
         scene.unknown_static.push(UnknownStatic::new(Pose::new(6.3, 2.0, 0.0), Shape::Rectangle { half_m }));
         let robot = nimble(0.05);
-        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        let mut world = World::new(&scene, &robot, &Conditions::default());
         let contact = (0..20).find_map(|_| world.step(Twist { v: 5.0, omega: 0.0 }).contact).unwrap();
         assert_eq!(contact.with, ObstacleKind::UnknownStatic);
         assert!((contact.pose.position.x - (6.299 - 0.05)).abs() < 1e-8);
@@ -660,7 +771,7 @@ mod tests {
         mover.on_robot = OnRobot::Yield;
         scene.movers.push(mover);
         let robot = nimble(0.25);
-        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        let mut world = World::new(&scene, &robot, &Conditions::default());
         for _ in 0..100 {
             assert_eq!(world.step(Twist::ZERO).contact, None);
         }
@@ -684,7 +795,7 @@ mod tests {
         let half_m = Vec2::new(0.5, 0.5);
         scene.unknown_static.push(UnknownStatic::new(Pose::new(7.0, 2.5, 0.0), Shape::Rectangle { half_m }));
         let robot = nimble(0.25);
-        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        let mut world = World::new(&scene, &robot, &Conditions::default());
         let mut belief = Belief::new(&scene.map.grid, &scene.map.field);
         let mut sensed = Vec::new();
         world.sense(&mut belief, &mut sensed);
@@ -707,8 +818,8 @@ mod tests {
         let mut stream = EpisodeSeed { seed: 14, episode: 3 }.stream(Purpose::Planner, 0);
         let scene = random_scene(&mut stream).unwrap();
         let robot = nimble(0.2);
-        let mut first = World::new(&scene, &robot, &SensingSpec::default());
-        let mut second = World::new(&scene, &robot, &SensingSpec::default());
+        let mut first = World::new(&scene, &robot, &Conditions::default());
+        let mut second = World::new(&scene, &robot, &Conditions::default());
         let mut log = Vec::new();
         for tick in 0..200 {
             let command = Twist { v: math::sin(f64::from(tick)), omega: 0.3 };
@@ -731,7 +842,7 @@ mod tests {
             let mut stream = EpisodeSeed { seed: 15, episode }.stream(Purpose::Planner, 0);
             let Some(scene) = random_scene(&mut stream) else { continue };
             let robot = nimble(stream.range(0.05, 0.3));
-            let mut world = World::new(&scene, &robot, &SensingSpec::default());
+            let mut world = World::new(&scene, &robot, &Conditions::default());
             if world.clearance_m() < 0.0 {
                 continue;
             }
@@ -768,7 +879,7 @@ mod tests {
         // A disc of 0.6 about a corner point touches the four cells around it.
         scene.unknown_static.push(UnknownStatic::new(Pose::new(5.0, 5.0, 0.0), Shape::Disc { radius_m: 0.6 }));
         let robot = Robot::default();
-        let mut world = World::new(&scene, &robot, &SensingSpec::default());
+        let mut world = World::new(&scene, &robot, &Conditions::default());
         let mut belief = Belief::new(&scene.map.grid, &scene.map.field);
         world.sense(&mut belief, &mut Vec::new());
         let mut expected = scene.map.grid.clone();
@@ -783,6 +894,6 @@ mod tests {
     #[should_panic(expected = "not finite")]
     fn a_command_that_is_not_a_number_is_a_bug_of_the_caller() {
         let scene = empty_scene(3, 3, Pose::new(1.5, 1.5, 0.0));
-        World::new(&scene, &Robot::default(), &SensingSpec::default()).step(Twist { v: f64::NAN, omega: 0.0 });
+        World::new(&scene, &Robot::default(), &Conditions::default()).step(Twist { v: f64::NAN, omega: 0.0 });
     }
 }

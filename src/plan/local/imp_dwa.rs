@@ -272,6 +272,7 @@ mod tests {
                 twist,
                 belief: &belief,
                 obstacles: &[mover],
+                scan: None,
                 goal,
                 robot: &robot,
             };

@@ -167,8 +167,17 @@ pub(crate) mod tests {
             for tick in 0..ticks {
                 progress_m = math::max(progress_m, self.path.project(pose.position).0);
                 let robot = &self.robot;
-                let observation =
-                    Observation { tick, dt_s, pose, twist, belief: &belief, obstacles: &movers, goal, robot };
+                let observation = Observation {
+                    tick,
+                    dt_s,
+                    pose,
+                    twist,
+                    belief: &belief,
+                    obstacles: &movers,
+                    scan: None,
+                    goal,
+                    robot,
+                };
                 let guidance = Guidance {
                     path: &self.path,
                     progress_m,

@@ -6,8 +6,12 @@
 
 pub mod moving;
 mod place;
+pub mod script;
+mod sensing;
 
 pub use place::{CellPlace, GoalSpec, RandomPlace, StartSpec};
+pub use script::{EventChoice, ScriptEntry};
+pub use sensing::{ActuationSpec, Conditions, LidarSpec, LocalisationSpec, SensingSpec};
 
 use super::{Recording, SceneError};
 use crate::choice::choice;
@@ -33,6 +37,8 @@ pub struct SceneSpec {
     pub obstacles: ObstaclesSpec,
     /// What the `replay` entries among the moving obstacles play, in their order.
     pub recordings: Vec<Arc<Recording>>,
+    /// What happens when (scenario key `script`).
+    pub script: Vec<ScriptEntry>,
 }
 
 impl SceneSpec {
@@ -40,7 +46,13 @@ impl SceneSpec {
     ///
     /// # Errors
     /// The first recording that cannot be read.
-    pub fn new(start: StartSpec, goal: GoalSpec, obstacles: ObstaclesSpec, folder: &Path) -> Result<Self, SceneError> {
+    pub fn new(
+        start: StartSpec,
+        goal: GoalSpec,
+        obstacles: ObstaclesSpec,
+        script: Vec<ScriptEntry>,
+        folder: &Path,
+    ) -> Result<Self, SceneError> {
         let mut recordings = Vec::new();
         for (entry, choice) in obstacles.moving.iter().enumerate() {
             if let MovingChoice::replay(params) = choice {
@@ -49,7 +61,7 @@ impl SceneSpec {
                 recordings.push(Arc::new(recording.map_err(|message| SceneError { key: key(), message })?));
             }
         }
-        Ok(Self { start, goal, obstacles, recordings })
+        Ok(Self { start, goal, obstacles, recordings, script })
     }
 }
 
@@ -61,21 +73,6 @@ pub struct ObstaclesSpec {
     pub unknown_static: Vec<UnknownStaticChoice>,
     /// Moving discs: straight on, erratic, on patrol, as recorded. Default: none.
     pub moving: Vec<MovingChoice>,
-}
-
-/// What the robot senses of its surroundings (scenario key `sensing`).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct SensingSpec {
-    /// An obstacle is sensed while its surface is within this distance of the robot's centre, m: all
-    /// round and through walls. Default: 5.
-    pub range_m: Positive,
-}
-
-impl Default for SensingSpec {
-    fn default() -> Self {
-        Self { range_m: Positive::new(5.0) }
-    }
 }
 
 /// Outlines of obstacles.

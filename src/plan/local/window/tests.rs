@@ -35,7 +35,7 @@ fn observe<'a>(
     twist: Twist,
     obstacles: &'a [SensedObstacle],
 ) -> Observation<'a> {
-    Observation { tick: 0, dt_s: 0.1, pose, twist, belief, obstacles, goal: Vec2::zeros(), robot }
+    Observation { tick: 0, dt_s: 0.1, pose, twist, belief, obstacles, scan: None, goal: Vec2::zeros(), robot }
 }
 
 /// Poses after each step by the printed recurrence, in plain `f64`.
