@@ -143,3 +143,45 @@ fn draw_makes_a_picture() {
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
     assert!(svg.contains("not on the map") && svg.contains("planned path"));
 }
+
+#[test]
+fn a_picture_becomes_a_map_with_a_preview() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (png, map) = (folder.path().join("yard.png"), folder.path().join("yard.map"));
+    // Grey ground, a red block of 10 by 6 pixels from (4, 5) on, a blue speck.
+    let picture = image::RgbImage::from_fn(32, 20, |x, y| {
+        image::Rgb(match (x, y) {
+            (4..14, 5..11) => [190, 40, 30],
+            (25, 3) => [20, 30, 200],
+            _ => [130, 130, 125],
+        })
+    });
+    picture.save(&png).expect("a picture");
+    let [png, map] = [&png, &map].map(|path| path.display().to_string());
+    let made = simrun(folder.path()).args(["map", "from-image", &png, &map]).output().expect("simrun runs");
+    assert!(made.status.success(), "{made:?}");
+    let rows: Vec<String> = fs::read_to_string(&map).expect("a map").lines().skip(4).map(str::to_owned).collect();
+    assert_eq!(rows.iter().map(|row| row.matches('@').count()).sum::<usize>(), 60, "{rows:#?}");
+    assert!((5..11).all(|row| &rows[row][4..14] == "@@@@@@@@@@"));
+    let preview = image::open(folder.path().join("yard.preview.png")).expect("a preview").into_rgb8();
+    assert_eq!(preview.dimensions(), (32, 20));
+    assert_eq!((preview.get_pixel(4, 5).0, preview.get_pixel(3, 5).0), ([200, 0, 160], [193, 193, 190]));
+
+    let sized =
+        ["map", "from-image", &png, &map, "--cols", "16", "--rows", "10", "--opening-px", "0", "--hue-deg", "200,280"];
+    assert!(simrun(folder.path()).args(sized).output().expect("simrun runs").status.success());
+    for (bad, message) in [
+        (vec!["--hue-deg", "10"], "expected two hues"),
+        (vec!["--cols", "0", "--rows", "3"], "0 is not in 1..=16384"),
+        (vec!["--cols", "3"], "--rows"),
+    ] {
+        let refused =
+            simrun(folder.path()).args(["map", "from-image", &png, &map]).args(bad).output().expect("simrun runs");
+        assert_eq!(refused.status.code(), Some(2));
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(said.contains(message), "{said}");
+    }
+    let refused = simrun(folder.path()).args(["map", "from-image", &map, &map]).output().expect("simrun runs");
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(2) && said.contains("not a PNG that can be read"), "{said}");
+}

@@ -3,9 +3,10 @@
 use super::{Failure, print, say};
 use crate::map::connectivity::Components;
 use crate::map::file::{self, Format, Loaded};
+use crate::map::from_image::Params;
 use crate::map::ros::Unknown;
 use crate::quantity::Positive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -31,6 +32,56 @@ enum Action {
         #[command(flatten)]
         reading: Reading,
     },
+    /// Make a map from a colour picture: what stands out by its colour is an obstacle. Look at the preview, then turn the knobs.
+    FromImage {
+        /// Picture, a .png.
+        input: PathBuf,
+        /// File to write: .map, .yaml (ROS), .png, .pgm or .txt. The preview goes beside it: the same name with .preview.png.
+        output: PathBuf,
+        #[command(flatten)]
+        knobs: Knobs,
+    },
+}
+
+/// How a picture becomes a map.
+#[derive(Debug, clap::Args)]
+struct Knobs {
+    /// Hues of obstacles, degrees from 0 to 360; 300,60 goes through red.
+    #[arg(long, value_name = "FROM,TO", default_value = "0,360", value_parser = hues)]
+    hue_deg: Hues,
+    /// Obstacles are more saturated than this, 0 to 1: grey ground is left out.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.25)]
+    saturation_min: f64,
+    /// Obstacles are darker than this, 0 to 1: glare is left out; above 1 takes all.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.95)]
+    value_max: f64,
+    /// Opening: specks narrower than twice this and one vanish, px.
+    #[arg(long, value_name = "PX", default_value_t = 1, value_parser = clap::value_parser!(u32).range(..=1000))]
+    opening_px: u32,
+    /// Closing: gaps narrower than twice this and one are filled, px.
+    #[arg(long, value_name = "PX", default_value_t = 1, value_parser = clap::value_parser!(u32).range(..=1000))]
+    closing_px: u32,
+    /// Columns of the map; with --rows. The picture's own size without.
+    #[arg(long, requires = "rows", value_parser = clap::value_parser!(u32).range(1..=16384))]
+    cols: Option<u32>,
+    /// Rows of the map; with --cols.
+    #[arg(long, requires = "cols", value_parser = clap::value_parser!(u32).range(1..=16384))]
+    rows: Option<u32>,
+    /// Side of a cell, m.
+    #[arg(long, value_name = "METRES", default_value = "1", value_parser = resolution)]
+    resolution_m: Positive,
+}
+
+/// A range of hues, degrees.
+#[derive(Clone, Copy, Debug)]
+struct Hues([f64; 2]);
+
+fn hues(text: &str) -> Result<Hues, String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|number| number.trim().parse().ok()).collect();
+    match numbers[..] {
+        [from, to] if [from, to].iter().all(|hue| (0.0..=360.0).contains(hue)) => Ok(Hues([from, to])),
+        _ => Err(format!("expected two hues from 0 to 360, such as 90,150; found {text}")),
+    }
 }
 
 /// What a map file may leave open.
@@ -56,7 +107,7 @@ fn resolution(text: &str) -> Result<Positive, String> {
 }
 
 impl Reading {
-    fn read(&self, file: &std::path::Path) -> Result<Loaded, Failure> {
+    fn read(&self, file: &Path) -> Result<Loaded, Failure> {
         let unknown = match self.unknown {
             UnknownArg::Occupied => Unknown::Occupied,
             UnknownArg::Free => Unknown::Free,
@@ -83,7 +134,37 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             }
             Ok(())
         }
+        Action::FromImage { input, output, knobs } => from_image(input, output, knobs),
     }
+}
+
+fn from_image(input: &Path, output: &Path, knobs: &Knobs) -> Result<(), Failure> {
+    let usage = |message: String| Failure::Usage(format!("error: {message}"));
+    let format = Format::of(output).map_err(|error| usage(error.to_string()))?;
+    let picture = file::read_picture(input).map_err(|error| usage(error.to_string()))?;
+    let params = Params {
+        hue_deg: knobs.hue_deg.0,
+        saturation_min: knobs.saturation_min,
+        value_max: knobs.value_max,
+        opening_px: knobs.opening_px,
+        closing_px: knobs.closing_px,
+        size: knobs.cols.zip(knobs.rows).map(|(cols, rows)| [cols, rows]),
+        resolution_m: knobs.resolution_m.get(),
+    };
+    let grid = params.grid(&picture.pixels, picture.width);
+    let mut written = file::write(&grid, output).map_err(|error| Failure::Run(format!("error: {error}")))?;
+    let preview = output.with_extension("preview.png");
+    file::write_preview(&picture, &grid, &preview).map_err(|error| Failure::Run(format!("error: {error}")))?;
+    written.push(preview);
+    for file in written {
+        print(&format!("{}\n", file.display()))?;
+    }
+    let share = 100.0 * grid.occupied_count() as f64 / grid.occupied().len() as f64;
+    say(&format!("{} x {} cells, {share:.1} % occupied", grid.cols(), grid.rows()));
+    if let Some(loss) = file::loss(&grid, format) {
+        say(&format!("note: {loss}"));
+    }
+    Ok(())
 }
 
 /// The facts of a map, one a line. Unknown cells are counted apart and block or not, as they were read.

@@ -116,6 +116,55 @@ fn png(grid: &OccupancyGrid) -> Vec<u8> {
     bytes
 }
 
+/// A colour picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Colours row by row from the top; what is transparent is as it would be on white.
+    pub pixels: Vec<[u8; 3]>,
+    /// Pixels in a row.
+    pub width: usize,
+}
+
+/// Reads a colour picture, a PNG.
+///
+/// # Errors
+/// [`MapError::File`] if the file cannot be read or is no PNG of at most 16384 pixels a side.
+pub fn read_picture(file: &Path) -> Result<Picture, MapError> {
+    let refuse = |message: String| MapError::Header { line: 1, column: 1, message }.of(file);
+    let bytes = std::fs::read(file).map_err(|source| MapError::Read { source }.of(file))?;
+    let mut reader = image::ImageReader::with_format(std::io::Cursor::new(bytes), image::ImageFormat::Png);
+    let mut limits = image::Limits::default();
+    (limits.max_image_width, limits.max_image_height) = (Some(16_384), Some(16_384));
+    reader.limits(limits);
+    let picture = reader.decode().map_err(|error| refuse(format!("not a PNG that can be read: {error}")))?.into_rgba8();
+    let over_white = |[r, g, b, a]: [u8; 4]| {
+        let alpha = u32::from(a);
+        [r, g, b].map(|c| ((u32::from(c) * alpha + 255 * (255 - alpha) + 127) / 255) as u8)
+    };
+    let pixels = picture.pixels().map(|pixel| over_white(pixel.0)).collect();
+    Ok(Picture { pixels, width: picture.width() as usize })
+}
+
+/// Writes a picture with the map made from it: occupied cells in magenta over the fading picture, a PNG of the picture's size.
+///
+/// # Errors
+/// [`MapError::File`] if the file cannot be written.
+pub fn write_preview(picture: &Picture, grid: &OccupancyGrid, file: &Path) -> Result<(), MapError> {
+    let (width, height) = (picture.width, picture.pixels.len() / picture.width);
+    let (cols, rows) = (grid.cols() as usize, grid.rows() as usize);
+    let colour = |index: usize| {
+        let (col, row) = (index % width * cols / width, rows - 1 - index / width * rows / height);
+        let faded = picture.pixels[index].map(|c| 128 + c / 2);
+        if grid.occupied()[row * cols + col] { [200, 0, 160] } else { faded }
+    };
+    let bytes: Vec<u8> = (0..width * height).flat_map(colour).collect();
+    let mut png = Vec::new();
+    PngEncoder::new(&mut png)
+        .write_image(&bytes, width as u32, height as u32, ExtendedColorType::Rgb8)
+        .expect("memory takes an image whose bytes match its size");
+    std::fs::write(file, png).map_err(|source| MapError::Write { source }.of(file))
+}
+
 /// What of a grid gets lost in a format, in words; none where nothing does.
 pub fn loss(grid: &OccupancyGrid, format: Format) -> Option<String> {
     let lost = !format.has_frame() && (grid.resolution_m() != 1.0 || *grid.frame() != Frame::IDENTITY);

@@ -10,6 +10,7 @@ mod distance;
 pub mod empty;
 mod error;
 pub mod file;
+pub mod from_image;
 mod grid;
 mod layout;
 pub mod maze;
