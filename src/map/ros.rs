@@ -15,10 +15,11 @@
 //!
 //! | mode | 100 | 0 | between | −1 (unknown) |
 //! |---|---|---|---|---|
-//! | `trinary` | p ≥ `occupied_thresh` | p ≤ `free_thresh` | never | all others |
-//! | `scale` | p ≥ `occupied_thresh` | p ≤ `free_thresh` | 100 (p − free) / (occupied − free), rounded | never |
+//! | `trinary` | p > `occupied_thresh` | p < `free_thresh` | never | all others |
+//! | `scale` | p > `occupied_thresh` | p < `free_thresh` | 100 (p − free) / (occupied − free), rounded | never |
 //! | `raw` | value 100 | value 0 | the pixel's value (of 255), whatever `negate` says | values above 100 |
 //!
+//! The comparisons are strict, as in Nav2's `map_io.cpp` (`occupied_thresh < occ`, `occ < free_thresh`).
 //! In the first two modes a pixel that is not fully opaque is unknown. The world frame is the map's
 //! own: planners work in cells, and poses go through [`Frame`] with the yaw of `origin`.
 //!
@@ -248,9 +249,9 @@ impl Header {
         let (free, occupied) = (self.free_thresh.get(), self.occupied_thresh.get());
         if !opaque {
             UNKNOWN
-        } else if darkness >= occupied {
+        } else if darkness > occupied {
             OCCUPIED
-        } else if darkness <= free {
+        } else if darkness < free {
             FREE
         } else if self.mode == Mode::Scale {
             ((darkness - free) / (occupied - free) * f64::from(OCCUPIED)).round() as i8
@@ -491,9 +492,9 @@ mod tests {
     fn thresholds_are_met_from_both_sides() {
         // p of 89 is 0.651, of 90 0.647, of 191 0.2510, of 192 0.2471.
         assert_eq!(row(HEADER, &[0, 89, 90, 191, 192, 255]), [100, 100, -1, -1, 0, 0]);
-        // Thresholds that a pixel meets exactly: 51 and 204 of 255 are p = 0.8 and 0.2. Both are included.
+        // Thresholds that a pixel meets exactly: 51 and 204 of 255 are p = 0.8 and 0.2. Neither is included.
         let exact = HEADER.replace("0.65", "0.8").replace("0.25", "0.2");
-        assert_eq!(row(&exact, &[50, 51, 52, 203, 204, 205]), [100, 100, -1, -1, 0, 0]);
+        assert_eq!(row(&exact, &[50, 51, 52, 203, 204, 205]), [100, -1, -1, -1, -1, 0]);
     }
 
     #[test]
