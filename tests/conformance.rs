@@ -129,7 +129,7 @@ fn steps(path: &[Cell]) -> (usize, usize) {
 
 #[test]
 fn every_global_planner_finds_a_way_where_there_is_one_and_none_is_shorter_than_can_be() {
-    const EXACT: [&str; 4] = ["dijkstra", "a_star", "improved_dijkstra", "lpa_star"];
+    const EXACT: [&str; 5] = ["dijkstra", "a_star", "jps", "improved_dijkstra", "lpa_star"];
     let mut stream = EpisodeSeed { seed: 1, episode: 0 }.stream(Purpose::Map, 0);
     let mut planners: Vec<_> = planners().collect();
     let mut found = 0;

@@ -118,7 +118,7 @@ fn check_optima(scen: &str, names: &[&str], stride: usize) {
     }
 }
 
-const EXACT: &[&str] = &["a_star", "dijkstra", "improved_dijkstra", "lpa_star"];
+const EXACT: &[&str] = &["a_star", "dijkstra", "improved_dijkstra", "lpa_star", "jps"];
 
 #[test]
 fn small_maps_have_the_published_optima() {

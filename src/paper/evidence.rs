@@ -15,7 +15,7 @@ const SAMPLE: usize = 20;
 /// Rounding in a comparison of lengths, m.
 const SLACK_M: f64 = 1e-9;
 /// Global planners whose paths are shortest ones on the same graph.
-const EXACT: [&str; 4] = ["dijkstra", "a_star", "lpa_star", "improved_dijkstra"];
+const EXACT: [&str; 5] = ["dijkstra", "a_star", "jps", "lpa_star", "improved_dijkstra"];
 
 /// All that is known of a paper's tables.
 #[derive(Debug, Default)]

@@ -36,6 +36,7 @@ macro_rules! registry {
 registry! {
     dijkstra,
     a_star,
+    jps,
     theta_star,
     improved_dijkstra,
     lpa_star,

@@ -52,6 +52,12 @@ impl Move {
         self.0 & 1 != 0
     }
 
+    /// The two moves through an edge that a diagonal one consists of.
+    pub fn parts(self) -> [Self; 2] {
+        debug_assert!(self.is_diagonal());
+        [Self(self.0 - 1), Self((self.0 + 1) % 8)]
+    }
+
     /// The cell that the move leads to.
     pub fn from(self, cell: Cell) -> Cell {
         Cell { col: cell.col + D_COL[self.direction()], row: cell.row + D_ROW[self.direction()] }

@@ -141,6 +141,12 @@ fn paths_are_valid_and_as_short_as_bellman_ford_says() {
             let (search, path) = plan(&lifelong, &grid, start, goal);
             assert_eq!(search.result, expected);
             assert_eq!(expected.ok().map(|()| checked_cost(&grid, &path, start, goal, rule)), cost, "exactly");
+            if rule == CornerRule::Forbid {
+                let jumping = GlobalChoice::by_name("jps").expect("defaults");
+                let (search, path) = plan(&jumping, &grid, start, goal);
+                assert_eq!(search.result, expected);
+                assert_eq!(expected.ok().map(|()| checked_cost(&grid, &path, start, goal, rule)), cost, "exactly");
+            }
             let (search, path) = plan(&a_star(Heuristic::Manhattan, rule), &grid, start, goal);
             assert_eq!(search.result, expected);
             if let Some(cost) = cost {

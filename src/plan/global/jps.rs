@@ -1,0 +1,490 @@
+//! `jps`: jump point search. A* that runs along the lines of the grid instead of stepping from cell to cell, and
+//! opens only the cells where a shortest path may have to turn.
+//!
+//! Source: D. Harabor, A. Grastien, "Online Graph Pruning for Pathfinding on Grid Maps", AAAI 2011; the same,
+//! "Improving Jump Point Search", ICAPS 2014 (scanning in blocks of bits, pruning of intermediate points).
+//!
+//! ```text
+//! Expand n, reached by the straight step d, under the corner rule `forbid`:
+//!     natural:  go on by d
+//!     forced:   where the cell behind and beside n is blocked and the one beside n is not,
+//!               also go to that side, and diagonally forward to that side
+//!     (the start goes all eight ways)
+//! Straight:     run to the first cell that has a forced move, or the goal: a jump point. A blocked cell ends the run.
+//! Diagonal:     at each cell of the run start straight runs in its two parts; what they meet is a jump point of n.
+//! f = g + h     h: octile distance. Ties: larger g, then smaller row-major index.
+//! ```
+//!
+//! **Blocks.** Rows are kept as bits, 64 cells to a word, and so are columns. One bit per cell and direction says
+//! that a run stops there: blocked(c), or free(c) and blocked(c − 1) on a line beside it. So a run is a search for the
+//! first set bit. The maps of bits are built where the grid differs from that of the call before, which is compared
+//! byte by byte; nothing else is kept.
+//!
+//! **Exact.** Each path is as long as that of [`a_star`], compared in counts of steps; which one of
+//! several shortest paths it is differs. Between two jump points it goes diagonally first, then straight. All cells
+//! passed are given.
+//!
+//! **Counts.** Jump points taken from the open list count as expanded and those put into it as generated; cells that
+//! are run over do not count. So the counts are no measure of work beside those of other planners.
+//!
+//! **Limits.** Only the corner rule `forbid`, and only one cost for all cells: where the grid has an escape zone the
+//! plain rule of [`a_star`] searches instead (octile, `forbid`).
+//!
+//! Departures: none from the second paper; its preprocessed variant (JPS+) is not offered.
+//!
+//! When to use it: wherever only the length of the path counts. On maps with many single obstacles it gains least.
+
+use super::a_star::{self, CostPlusEstimate};
+use super::search::{CornerRule, Cost, Heuristic, Move, Moves, Steps, Workspace};
+use super::{Entry, GlobalPlanner, PlanFailure, PlanningGrid, Problem, Search};
+use crate::map::Cell;
+use crate::plan::grid::PASSABLE;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// Parameters of `jps`: none.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {}
+
+/// Registry entry.
+pub const ENTRY: Entry = Entry {
+    summary: "Jump point search: paths as short as those of a_star in a fraction of the time; no corners are cut.",
+    source: "D. Harabor, A. Grastien, Online Graph Pruning for Pathfinding on Grid Maps, AAAI 2011; \
+             Improving Jump Point Search, ICAPS 2014",
+};
+
+/// The planner.
+#[derive(Debug, Default)]
+pub struct Planner {
+    lines: Lines,
+    /// Per padded cell.
+    nodes: Vec<Node>,
+    /// Number of this search; nodes that bear another are not met.
+    search: u32,
+    /// Best first. Cheaper entries of a node are pushed beside the old ones.
+    open: BinaryHeap<Reverse<Entrant>>,
+    pushed: u64,
+    /// For grids with escape zones.
+    plain: Workspace<Steps>,
+}
+
+/// What is known of a cell.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    g: Steps,
+    parent: u32,
+    /// The search that met it.
+    search: u32,
+}
+
+/// A jump point in the open list: smaller f, then larger g (both as bits of a number ≥ 0), then smaller index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Entrant {
+    f: u64,
+    minus_g: u64,
+    index: u32,
+    arrived_by: Option<Move>,
+}
+
+/// A point of a run.
+#[derive(Clone, Copy, Debug)]
+struct Passed {
+    cell: Cell,
+    g: Steps,
+}
+
+impl Planner {
+    /// A fresh planner.
+    pub fn new(_: &Params) -> Self {
+        Self::default()
+    }
+
+    fn begin(&mut self, grid: &PlanningGrid) {
+        self.lines.adopt(grid);
+        self.open.clear();
+        self.pushed = 0;
+        if self.search == u32::MAX {
+            self.nodes.clear();
+            self.search = 0;
+        }
+        self.search += 1;
+        if self.nodes.len() < grid.cells().len() {
+            self.nodes.resize(grid.cells().len(), Node { g: Steps::ZERO, parent: 0, search: 0 });
+        }
+    }
+
+    /// Opens a cell if this is its first connection or a cheaper one.
+    fn open(&mut self, problem: &Problem<'_>, parent: u32, arrived_by: Option<Move>, Passed { cell, g }: Passed) {
+        let index = problem.grid.index(cell);
+        let node = &mut self.nodes[index as usize];
+        if node.search == self.search && node.g.value() <= g.value() {
+            return;
+        }
+        *node = Node { g, parent, search: self.search };
+        let f = Heuristic::Octile.added_to(g, cell, problem.goal);
+        self.open.push(Reverse(Entrant { f: f.to_bits(), minus_g: !g.value().to_bits(), index, arrived_by }));
+        self.pushed += 1;
+    }
+
+    /// Runs from a cell by a straight step and opens the jump point, if there is one.
+    fn run_straight(&mut self, problem: &Problem<'_>, parent: u32, step: Move, from: Passed) {
+        if let Some(cell) = self.lines.jump(from.cell, step, problem.goal) {
+            let steps = cell.col.abs_diff(from.cell.col) + cell.row.abs_diff(from.cell.row);
+            let g = from.g.plus(Steps { straight: steps, diagonal: 0 });
+            self.open(problem, parent, Some(step), Passed { cell, g });
+        }
+    }
+
+    /// Runs from a cell by a diagonal step that is allowed there, and straight from each cell on the way.
+    fn run_diagonally(&mut self, problem: &Problem<'_>, parent: u32, step: Move, from: Passed) {
+        let cells = problem.grid.cells();
+        let parts = step.parts();
+        let ahead = |index: u32| {
+            let passable = |step: Move| cells[step.index_from(problem.grid, index) as usize];
+            passable(step) & passable(parts[0]) & passable(parts[1]) & PASSABLE != 0
+        };
+        let (mut at, mut index) = (from, parent);
+        while ahead(index) {
+            index = step.index_from(problem.grid, index);
+            at = Passed { cell: step.from(at.cell), g: at.g.stepped(true, 1) };
+            if at.cell == problem.goal {
+                self.open(problem, parent, Some(step), at);
+                return;
+            }
+            for part in parts {
+                self.run_straight(problem, parent, part, at);
+            }
+        }
+    }
+
+    /// The cells from the start to the goal, those between jump points included.
+    fn trace(&self, problem: &Problem<'_>, path: &mut Vec<Cell>) {
+        let mut at = problem.goal;
+        path.push(at);
+        while at != problem.start {
+            let parent = problem.grid.cell(self.nodes[problem.grid.index(at) as usize].parent);
+            while at != parent {
+                // Backwards: the straight part first, which is what one coordinate has more of.
+                let (d_col, d_row) = (parent.col - at.col, parent.row - at.row);
+                at.col += if d_col.abs() >= d_row.abs() { d_col.signum() } else { 0 };
+                at.row += if d_row.abs() >= d_col.abs() { d_row.signum() } else { 0 };
+                path.push(at);
+            }
+        }
+        path.reverse();
+    }
+}
+
+impl GlobalPlanner for Planner {
+    fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
+        let grid = problem.grid;
+        if grid.has_escape_zone() {
+            let params = a_star::Params { heuristic: Heuristic::Octile, corner_rule: CornerRule::Forbid };
+            return self.plain.search(&CostPlusEstimate { problem, params: &params }, problem, path);
+        }
+        path.clear();
+        if let Err(failure) = problem.check_ends() {
+            return Search { result: Err(failure), expanded: 0, generated: 0 };
+        }
+        self.begin(grid);
+        let (start, goal) = (grid.index(problem.start), grid.index(problem.goal));
+        let mut expanded = 0;
+        self.open(problem, start, None, Passed { cell: problem.start, g: Steps::ZERO });
+        while let Some(Reverse(Entrant { minus_g, index, arrived_by, .. })) = self.open.pop() {
+            let g = self.nodes[index as usize].g;
+            if g.value().to_bits() != !minus_g {
+                continue; // a cheaper entry of the same node came first
+            }
+            if index == goal {
+                self.trace(problem, path);
+                return Search { result: Ok(()), expanded, generated: self.pushed };
+            }
+            expanded += 1;
+            let from = Passed { cell: grid.cell(index), g };
+            for step in Moves::natural_and_forced(grid, index, CornerRule::Forbid, arrived_by) {
+                if step.is_diagonal() {
+                    self.run_diagonally(problem, index, step, from);
+                } else {
+                    self.run_straight(problem, index, step, from);
+                }
+            }
+        }
+        Search { result: Err(PlanFailure::NoPath), expanded, generated: self.pushed }
+    }
+}
+
+/// Cells per word.
+const WORD: usize = 64;
+
+/// 64 cells of a row or column; bit k is the cell at k places from the first.
+#[derive(Clone, Copy, Debug, Default)]
+struct Word {
+    free: u64,
+    /// Where a run towards higher places stops.
+    stops_up: u64,
+    /// Where a run towards lower places stops.
+    stops_down: u64,
+}
+
+/// The grid as bits, by rows and by columns, in padded places.
+#[derive(Debug, Default)]
+struct Lines {
+    /// The grid that they were made from.
+    cells: Vec<u8>,
+    stride: usize,
+    rows: Vec<Word>,
+    words_per_row: usize,
+    cols: Vec<Word>,
+    words_per_col: usize,
+}
+
+impl Lines {
+    /// Makes the bits of a grid, unless they are there.
+    fn adopt(&mut self, grid: &PlanningGrid) {
+        let (cells, stride) = (grid.cells(), grid.stride());
+        if self.stride == stride && self.cells == cells {
+            return;
+        }
+        self.cells.clear();
+        self.cells.extend_from_slice(cells);
+        self.stride = stride;
+        let height = cells.len() / stride;
+        self.words_per_row = stride.div_ceil(WORD);
+        self.words_per_col = height.div_ceil(WORD);
+        self.rows.clear();
+        self.rows.resize(height * self.words_per_row, Word::default());
+        self.cols.clear();
+        self.cols.resize(stride * self.words_per_col, Word::default());
+        for (words, cells) in self.rows.chunks_exact_mut(self.words_per_row).zip(cells.chunks_exact(stride)) {
+            for (word, cells) in words.iter_mut().zip(cells.chunks(WORD)) {
+                word.free = packed(cells);
+            }
+        }
+        // Blocks of 64 rows and 64 columns, transposed.
+        for down in 0..self.words_per_col {
+            for across in 0..self.words_per_row {
+                let mut block = [0; WORD];
+                for (line, row) in block.iter_mut().zip(down * WORD..height) {
+                    *line = self.rows[row * self.words_per_row + across].free;
+                }
+                transpose(&mut block);
+                for (line, col) in block.iter().zip(across * WORD..stride) {
+                    self.cols[col * self.words_per_col + down].free = *line;
+                }
+            }
+        }
+        mark_stops(&mut self.rows, self.words_per_row);
+        mark_stops(&mut self.cols, self.words_per_col);
+    }
+
+    /// The first jump point beyond a cell in the direction of a straight step: the goal, or a cell with a forced move.
+    fn jump(&self, from: Cell, step: Move, goal: Cell) -> Option<Cell> {
+        let by_row = step.direction().is_multiple_of(4); // E or W
+        let (words, words_per_line) =
+            if by_row { (&self.rows, self.words_per_row) } else { (&self.cols, self.words_per_col) };
+        let of = |cell: Cell| {
+            let (col, row) = ((cell.col + 1) as usize, (cell.row + 1) as usize);
+            if by_row { (row, col) } else { (col, row) }
+        };
+        let ((line, place), (goal_line, goal_place)) = (of(from), of(goal));
+        let line_words = &words[line * words_per_line..(line + 1) * words_per_line];
+        let is_up = step.direction() < 4; // E or N
+        let stop = if is_up { first_above(line_words, place) } else { last_below(line_words, place) };
+        let (low, high) = if is_up { (place, stop) } else { (stop, place) };
+        let at = if line == goal_line && low < goal_place && goal_place < high {
+            goal_place
+        } else if line_words[stop / WORD].free >> (stop % WORD) & 1 != 0 {
+            stop
+        } else {
+            return None;
+        };
+        let place = at as i32 - 1;
+        Some(if by_row { Cell { col: place, ..from } } else { Cell { row: place, ..from } })
+    }
+}
+
+/// The first place above `place` where a run upwards stops. The border is one, so there is one.
+fn first_above(words: &[Word], place: usize) -> usize {
+    let mut at = (place + 1) / WORD;
+    let mut stops = words[at].stops_up & u64::MAX << ((place + 1) % WORD);
+    while stops == 0 {
+        at += 1;
+        stops = words[at].stops_up;
+    }
+    at * WORD + stops.trailing_zeros() as usize
+}
+
+/// The last place below `place` where a run downwards stops.
+fn last_below(words: &[Word], place: usize) -> usize {
+    let mut at = (place - 1) / WORD;
+    let mut stops = words[at].stops_down & u64::MAX >> (WORD - 1 - (place - 1) % WORD);
+    while stops == 0 {
+        at -= 1;
+        stops = words[at].stops_down;
+    }
+    at * WORD + (WORD - 1) - stops.leading_zeros() as usize
+}
+
+/// Works out where runs stop, from what is free. The first and the last line are border, where nothing runs.
+fn mark_stops(words: &mut [Word], per_line: usize) {
+    let free = |words: &[Word], at: usize| words.get(at).map_or(0, |word| word.free);
+    for line in 1..(words.len() / per_line).saturating_sub(1) {
+        for at in line * per_line..(line + 1) * per_line {
+            // Free with a blocked cell before it. Beyond the ends of a line lies the blocked end of another.
+            let forced_up = |at: usize| free(words, at) & !(free(words, at) << 1 | free(words, at.wrapping_sub(1)) >> (WORD - 1));
+            let forced_down = |at: usize| free(words, at) & !(free(words, at) >> 1 | free(words, at + 1) << (WORD - 1));
+            let blocked = !words[at].free;
+            let stops_up = blocked | forced_up(at - per_line) | forced_up(at + per_line);
+            let stops_down = blocked | forced_down(at - per_line) | forced_down(at + per_line);
+            (words[at].stops_up, words[at].stops_down) = (stops_up, stops_down);
+        }
+    }
+}
+
+/// The passable ones of up to 64 cells as bits.
+fn packed(cells: &[u8]) -> u64 {
+    cells.iter().enumerate().fold(0, |bits, (k, &cell)| bits | u64::from(cell & PASSABLE) << k)
+}
+
+/// Swaps the rows and columns of a square of bits: halves, quarters and so on across the diagonal
+/// (H. S. Warren, Hacker's Delight, 2nd edition, §7-3).
+fn transpose(block: &mut [u64; WORD]) {
+    let (mut width, mut low) = (WORD / 2, u64::MAX >> (WORD / 2));
+    while width > 0 {
+        for k in (0..WORD).filter(|k| k & width == 0) {
+            let swapped = (block[k] >> width ^ block[k + width]) & low;
+            block[k] ^= swapped << width;
+            block[k + width] ^= swapped;
+        }
+        width /= 2;
+        low ^= low << width;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::global::GlobalChoice;
+    use crate::plan::grid::tests::{drawn, random_cell, random_map, stream, uninflated};
+
+    /// The steps of a path, each of which must be allowed.
+    fn cost(grid: &PlanningGrid, path: &[Cell]) -> Steps {
+        path.windows(2).fold(Steps::ZERO, |cost, pair| {
+            let mut allowed = Moves::allowed(grid, grid.index(pair[0]), CornerRule::Forbid);
+            let step = allowed.find(|step| step.from(pair[0]) == pair[1]).expect("an allowed step");
+            cost.stepped(step.is_diagonal(), 1)
+        })
+    }
+
+    #[test]
+    fn paths_cost_what_those_of_a_star_do_on_maps_of_several_words() {
+        let mut stream = stream(71);
+        let mut planner = Planner::default();
+        let mut reference = GlobalChoice::by_name("a_star").expect("defaults").build();
+        let (mut found, mut jumped, mut stepped) = (0, 0, 0);
+        for case in 0..400 {
+            let share = [0.01, 0.1, 0.2, 0.35][case % 4];
+            let mut map = random_map(&mut stream, 200, share);
+            if case % 3 == 0 {
+                // Walls with gaps, for long runs.
+                for _ in 0..8 {
+                    let (wall, gap) = (random_cell(&mut stream, &map), random_cell(&mut stream, &map));
+                    let along_row = stream.uniform() < 0.5;
+                    for place in 0..if along_row { map.cols() } else { map.rows() } {
+                        let cell = if along_row { Cell { col: place, ..wall } } else { Cell { row: place, ..wall } };
+                        if cell.col != gap.col && cell.row != gap.row {
+                            map.set_occupied(cell);
+                        }
+                    }
+                }
+            }
+            let grid = uninflated(&map);
+            for _ in 0..4 {
+                let (start, goal) = (random_cell(&mut stream, &map), random_cell(&mut stream, &map));
+                let problem = Problem { grid: &grid, start, goal };
+                let (mut path, mut expected_path) = (vec![start; 3], Vec::new());
+                let search = planner.plan(&problem, &mut path);
+                let expected = reference.plan(&problem, &mut expected_path);
+                assert_eq!(search.result, expected.result);
+                assert_eq!(path.is_empty(), search.result.is_err());
+                if search.result.is_ok() {
+                    assert_eq!((path[0], path[path.len() - 1]), (start, goal));
+                    assert_eq!(cost(&grid, &path), cost(&grid, &expected_path), "exactly");
+                    found += 1;
+                    jumped += search.expanded;
+                    stepped += expected.expanded;
+                }
+            }
+        }
+        assert!(found > 500 && jumped < stepped / 2, "{found} {jumped} {stepped}");
+    }
+
+    #[test]
+    fn a_run_stops_where_a_step_beside_it_is_forced() {
+        let (_, grid) = drawn(&[
+            ".......", //
+            "..##...", //
+            ".......", //
+            ".......", //
+        ]);
+        let mut lines = Lines::default();
+        lines.adopt(&grid);
+        let goal = Cell { col: 6, row: 3 };
+        let at = |col, row| Cell { col, row };
+        let allowed = |from: Cell| Moves::allowed(&grid, grid.index(from), CornerRule::Forbid);
+        let jump = |from: Cell, direction: usize| {
+            let step = allowed(from).find(|step| step.direction() == direction).expect("allowed");
+            lines.jump(from, step, goal)
+        };
+        let (east, north, west) = (0, 2, 4);
+        // Below the wall: its end is passed at column 4 eastwards and at column 1 westwards, where the turn is.
+        assert_eq!(jump(at(0, 1), east), Some(at(4, 1)));
+        assert_eq!(jump(at(6, 1), west), Some(at(1, 1)));
+        // Beside it, going up: the same.
+        assert_eq!(jump(at(1, 0), north), Some(at(1, 3)));
+        // Two rows below nothing is near.
+        assert_eq!(jump(at(0, 0), east), None);
+        // The goal stops a run that nothing else stops.
+        assert_eq!(jump(at(4, 3), east), Some(goal));
+        assert_eq!(jump(at(6, 0), north), Some(goal));
+    }
+
+    #[test]
+    fn an_empty_map_takes_the_start_alone_and_goes_diagonally_first() {
+        let (_, grid) = drawn(&["....", "....", "...."]);
+        let (start, goal) = (Cell { col: 0, row: 0 }, Cell { col: 3, row: 1 });
+        let mut path = Vec::new();
+        let search = Planner::default().plan(&Problem { grid: &grid, start, goal }, &mut path);
+        assert_eq!((search.result, search.expanded, search.generated), (Ok(()), 1, 2));
+        assert_eq!(path, [start, Cell { col: 1, row: 1 }, Cell { col: 2, row: 1 }, goal]);
+    }
+
+    #[test]
+    fn where_there_is_an_escape_zone_it_is_a_star() {
+        let (map, mut grid) = drawn(&[".......", ".iiiii.", "......."]);
+        let (start, goal) = (Cell { col: 1, row: 1 }, Cell { col: 6, row: 1 });
+        grid.open_around(&map, start);
+        let problem = Problem { grid: &grid, start, goal };
+        let (mut path, mut expected_path) = (Vec::new(), Vec::new());
+        let mut reference = GlobalChoice::by_name("a_star").expect("defaults").build();
+        let expected = reference.plan(&problem, &mut expected_path);
+        assert_eq!(Planner::default().plan(&problem, &mut path), expected);
+        assert_eq!(path, expected_path);
+    }
+
+    #[test]
+    fn transposing_swaps_rows_and_columns() {
+        let mut stream = stream(72);
+        let mut block: [u64; WORD] = core::array::from_fn(|_| (stream.uniform() * 9_007_199_254_740_992.0) as u64);
+        let before = block;
+        transpose(&mut block);
+        for (row, line) in before.iter().enumerate() {
+            for (col, column) in block.iter().enumerate() {
+                assert_eq!(line >> col & 1, column >> row & 1);
+            }
+        }
+    }
+}
