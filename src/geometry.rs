@@ -2,6 +2,8 @@
 //!
 //! Metres and radians; x forward/east, y left/north, angles counter-clockwise from +x.
 
+pub mod convex;
+
 use crate::math;
 
 /// A point or a displacement, in metres.
