@@ -3,6 +3,7 @@
 //! Metres and radians; x forward/east, y left/north, angles counter-clockwise from +x.
 
 pub mod convex;
+pub mod outline;
 
 use crate::math;
 

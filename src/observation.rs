@@ -1,5 +1,6 @@
 //! All that a planner may know at a tick. Nothing else exists for it.
 
+use crate::geometry::outline::Outline;
 use crate::geometry::{Pose, Rect, Twist, Vec2};
 use crate::map::{Cell, DistanceField, OccupancyGrid};
 use crate::robot::Robot;
@@ -85,14 +86,26 @@ impl Belief {
 }
 
 /// A moving obstacle as sensed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SensedObstacle {
     /// Centre, grid frame, metres.
     pub position: Vec2,
     /// Velocity, m/s.
     pub velocity: Vec2,
-    /// Radius of the disc, m.
-    pub radius_m: f64,
+    /// Its outline about that centre.
+    pub outline: Outline,
+}
+
+impl SensedObstacle {
+    /// A disc.
+    pub fn disc(position: Vec2, velocity: Vec2, radius_m: f64) -> Self {
+        Self { position, velocity, outline: Outline::disc(radius_m) }
+    }
+
+    /// Radius of the smallest disc about its centre that holds it, m.
+    pub fn radius_m(&self) -> f64 {
+        self.outline.circumradius_m()
+    }
 }
 
 /// What a scanner at the robot's centre measured. Ray i points at heading + `bearing_first_rad` + i `bearing_step_rad`.

@@ -1,10 +1,74 @@
 //! The robot: footprint, limits, differential drive.
 
-use crate::geometry::Twist;
+use crate::geometry::convex::{CORNERS_MAX, Polygon};
+use crate::geometry::outline::Body;
+use crate::geometry::{Pose, Twist, Vec2, direction};
 use crate::math;
-use crate::quantity::{NonNegative, Positive};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::quantity::{Finite, NonNegative, Positive};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{self, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
+use std::fmt;
+
+/// A convex outline as scenarios write it: a list of corners `[x, y]`, m, in order either way round, in the frame of the
+/// body that it belongs to (x forward), whose origin lies inside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutlineCorners(Polygon);
+
+impl OutlineCorners {
+    /// The polygon.
+    pub fn polygon(&self) -> &Polygon {
+        &self.0
+    }
+}
+
+impl From<Polygon> for OutlineCorners {
+    fn from(polygon: Polygon) -> Self {
+        Self(polygon)
+    }
+}
+
+impl Serialize for OutlineCorners {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.corners().iter().map(|corner| [corner.x, corner.y]))
+    }
+}
+
+impl<'de> Deserialize<'de> for OutlineCorners {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl<'de> Visitor<'de> for Reader {
+            type Value = OutlineCorners;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a list of corners [x, y]")
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<OutlineCorners, A::Error> {
+                let mut corners = Vec::new();
+                while let Some([x, y]) = list.next_element::<[Finite; 2]>()? {
+                    corners.push(Vec2::new(x.get(), y.get()));
+                }
+                Polygon::new(&corners).map(OutlineCorners).map_err(de::Error::custom)
+            }
+        }
+        deserializer.deserialize_seq(Reader)
+    }
+}
+
+impl JsonSchema for OutlineCorners {
+    fn schema_name() -> Cow<'static, str> {
+        "OutlineCorners".into()
+    }
+    fn inline_schema() -> bool {
+        true
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "array", "minItems": 3, "maxItems": CORNERS_MAX,
+            "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
+        })
+    }
+}
 
 /// Shape and drive of the robot (scenario key `robot`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -12,6 +76,8 @@ use serde::{Deserialize, Serialize};
 pub struct RobotSpec {
     /// Radius of the disc footprint, m.
     pub radius_m: Positive,
+    /// A convex footprint in place of the disc: corners [x, y], m, x forward, the centre of rotation at [0, 0]. Default: none.
+    pub footprint: Option<OutlineCorners>,
     /// Distance between the two driven wheels, m.
     pub track_width_m: Positive,
     /// Highest rim speed of a wheel, m/s; without it the wheels never bind before `limits`.
@@ -20,7 +86,12 @@ pub struct RobotSpec {
 
 impl Default for RobotSpec {
     fn default() -> Self {
-        Self { radius_m: Positive::new(0.25), track_width_m: Positive::new(0.4), wheel_speed_max_mps: None }
+        Self {
+            radius_m: Positive::new(0.25),
+            footprint: None,
+            track_width_m: Positive::new(0.4),
+            wheel_speed_max_mps: None,
+        }
     }
 }
 
@@ -58,8 +129,10 @@ impl Default for Limits {
 /// A differential-drive robot: what the world moves and what planners may count on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
-    /// Radius of the disc footprint, m.
+    /// Radius of the disc footprint; of the smallest disc about the centre that holds it, where it is a polygon, m.
     pub radius_m: f64,
+    /// The footprint where it is a polygon, in the robot's own frame.
+    pub footprint: Option<Polygon>,
     /// Distance between the wheels, m.
     pub track_width_m: f64,
     /// Highest rim speed of a wheel, m/s (infinite where the scenario names none).
@@ -82,8 +155,10 @@ impl Robot {
     /// The robot that a scenario describes.
     pub fn new(spec: &RobotSpec, limits: &Limits) -> Self {
         let acceleration = limits.acceleration_max_mps2.get();
+        let footprint = spec.footprint.as_ref().map(|corners| corners.polygon().clone());
         Self {
-            radius_m: spec.radius_m.get(),
+            radius_m: footprint.as_ref().map_or(spec.radius_m.get(), Polygon::circumradius_m),
+            footprint,
             track_width_m: spec.track_width_m.get(),
             wheel_speed_max_mps: spec.wheel_speed_max_mps.map_or(f64::INFINITY, Positive::get),
             speed_min_mps: 0.0 - limits.reverse_speed_max_mps.get(),
@@ -93,6 +168,17 @@ impl Robot {
             yaw_rate_max_radps: limits.yaw_rate_max_radps.get(),
             yaw_acceleration_radps2: limits.yaw_acceleration_max_radps2.get(),
         }
+    }
+
+    /// Radius of the largest disc about the centre that the footprint holds, m.
+    pub fn inscribed_radius_m(&self) -> f64 {
+        self.footprint.as_ref().map_or(self.radius_m, Polygon::inradius_m)
+    }
+
+    /// The footprint where the robot is at `pose`.
+    pub fn body(&self, pose: Pose) -> Body {
+        let corners = self.footprint.as_ref().map(|polygon| polygon.placed(pose.position, direction(pose.theta)));
+        Body { position: pose.position, radius_m: self.radius_m, corners }
     }
 
     /// The twist that the drive reaches within `dt_s` when asked for `command` while at `twist`.

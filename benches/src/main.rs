@@ -100,9 +100,8 @@ const TABLE: &[&[Row]] = &[];
 
 fn main() -> ExitCode {
     let settings = Settings::parse();
-    let is_wanted = |row: &&Row| {
-        settings.names.is_empty() || settings.names.iter().any(|name| row.name.contains(name.as_str()))
-    };
+    let is_wanted =
+        |row: &&Row| settings.names.is_empty() || settings.names.iter().any(|name| row.name.contains(name.as_str()));
     let rows: Vec<&Row> = TABLE.iter().copied().flatten().filter(is_wanted).collect();
     if settings.list {
         for row in rows {
@@ -152,7 +151,10 @@ fn print_table(settings: &Settings, rows: &[&Row]) -> Result<(), csv::Error> {
     if let Some(table) = &mut table {
         table.write_record(HEADER)?;
     }
-    println!("{:<24} {:<30} {:>12} {:>12} {:>7} {:>17}  {:<10} counts", "row", "input", "ours us", "other us", "ratio", "min .. max", "target");
+    println!(
+        "{:<24} {:<30} {:>12} {:>12} {:>7} {:>17}  {:<10} counts",
+        "row", "input", "ours us", "other us", "ratio", "min .. max", "target"
+    );
     for row in rows {
         let lines = match (row.measure)(settings) {
             Ok(lines) => lines,

@@ -3,6 +3,7 @@
 //! Points are metres; corners are in counter-clockwise order. Signed distances are negative where two bodies overlap: then
 //! they are minus the least translation that parts them.
 
+use super::outline::{Hit, sweep_point_disc};
 use super::{Rect, Vec2, closest_on_segment, cross, point_segment_distance};
 use crate::math;
 use std::sync::{Arc, OnceLock};
@@ -78,6 +79,17 @@ impl Polygon {
         Ok(Self(Arc::new(Parts { corners, circumradius_m, inradius_m, cover: OnceLock::new() })))
     }
 
+    /// The same shape, `scale` times as large; `scale` is above 0.
+    #[must_use]
+    pub fn scaled(&self, scale: f64) -> Self {
+        Self(Arc::new(Parts {
+            corners: self.corners().iter().map(|corner| scale * corner).collect(),
+            circumradius_m: scale * self.circumradius_m(),
+            inradius_m: scale * self.inradius_m(),
+            cover: OnceLock::new(),
+        }))
+    }
+
     /// The corners, counter-clockwise.
     pub fn corners(&self) -> &[Vec2] {
         &self.0.corners
@@ -131,6 +143,14 @@ impl core::ops::Deref for Corners {
 
     fn deref(&self) -> &[Vec2] {
         &self.points[..self.count]
+    }
+}
+
+impl From<[Vec2; 4]> for Corners {
+    fn from(corners: [Vec2; 4]) -> Self {
+        let mut points = [Vec2::zeros(); CORNERS_MAX];
+        points[..4].copy_from_slice(&corners);
+        Self { points, count: 4 }
     }
 }
 
@@ -191,6 +211,23 @@ pub fn nearest_point(corners: &[Vec2], p: Vec2) -> Vec2 {
         }
     }
     best
+}
+
+/// A point of a polygon whose height is as near to `y` as any.
+pub fn point_at_height(corners: &[Vec2], y: f64) -> Vec2 {
+    // The middle of what the line at that height has in common with the polygon; else the corner nearest to the line.
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut nearest = corners[0];
+    for (a, b) in edges(corners) {
+        if (a.y - y).abs() < (nearest.y - y).abs() {
+            nearest = a;
+        }
+        if math::min(a.y, b.y) <= y && y <= math::max(a.y, b.y) {
+            let x = if a.y == b.y { a.x } else { a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y)) };
+            (low, high) = (math::min(low, x), math::max(high, x));
+        }
+    }
+    if low <= high { Vec2::new(0.5 * (low + high), y) } else { nearest }
 }
 
 /// Signed distance between two polygons, m.
@@ -254,13 +291,13 @@ pub fn cast_ray(corners: &[Vec2], from: Vec2, unit: Vec2) -> f64 {
 /// where they part or never meet.
 ///
 /// The origin as a point against the Minkowski difference still − moving, whose edges are those of both.
-pub fn sweep(moving: &[Vec2], velocity: Vec2, still: &[Vec2]) -> Option<(f64, Vec2)> {
+pub fn sweep(moving: &[Vec2], velocity: Vec2, still: &[Vec2]) -> Option<Hit> {
     let reach = |points: &[Vec2], along: Vec2| points.iter().map(|p| along.dot(p)).fold(f64::NEG_INFINITY, math::max);
     let normals = edges(still).map(|(a, b)| outward(a, b)).chain(edges(moving).map(|(a, b)| -outward(a, b)));
     let faces = normals.map(|normal| (normal, reach(still, normal) + reach(moving, -normal)));
     let (enters, normal) = clip(Vec2::zeros(), velocity, faces.clone())?;
     if enters >= 0.0 {
-        return Some((enters, normal));
+        return Some(Hit { time_s: enters, normal });
     }
     // They overlap: out by the shortest way, if they are not on it.
     let mut best = (f64::INFINITY, Vec2::zeros());
@@ -269,19 +306,19 @@ pub fn sweep(moving: &[Vec2], velocity: Vec2, still: &[Vec2]) -> Option<(f64, Ve
             best = (offset, normal);
         }
     }
-    (velocity.dot(&best.1) < 0.0).then_some((0.0, best.1))
+    (velocity.dot(&best.1) < 0.0).then_some(Hit { time_s: 0.0, normal: best.1 })
 }
 
 /// First contact of a disc that moves from `p` with `velocity` with a polygon that stands still; as [`sweep`].
-pub fn sweep_disc(p: Vec2, velocity: Vec2, radius_m: f64, still: &[Vec2]) -> Option<(f64, Vec2)> {
+pub fn sweep_disc(p: Vec2, velocity: Vec2, radius_m: f64, still: &[Vec2]) -> Option<Hit> {
     if point_distance(still, p) <= radius_m {
         let normal = outward_at(still, p);
-        return (velocity.dot(&normal) < 0.0).then_some((0.0, normal));
+        return (velocity.dot(&normal) < 0.0).then_some(Hit { time_s: 0.0, normal });
     }
-    let mut first: Option<(f64, Vec2)> = None;
-    let mut keep = |time: f64, normal: Vec2| {
-        if first.is_none_or(|best| time < best.0) {
-            first = Some((time, normal));
+    let mut first: Option<Hit> = None;
+    let mut keep = |hit: Hit| {
+        if first.is_none_or(|best| hit.time_s < best.time_s) {
+            first = Some(hit);
         }
     };
     for (a, b) in edges(still) {
@@ -291,17 +328,11 @@ pub fn sweep_disc(p: Vec2, velocity: Vec2, radius_m: f64, still: &[Vec2]) -> Opt
             let time = (normal.dot(&(p - a)) - radius_m) / -approach;
             let along = (p + velocity * time - a).dot(&(b - a));
             if time >= 0.0 && (0.0..=(b - a).norm_squared()).contains(&along) {
-                keep(time, normal);
+                keep(Hit { time_s: time, normal });
             }
         }
-        // The corner a as a disc; the smaller root of the quadratic, in the form that subtracts no like numbers.
-        let d = p - a;
-        let (approach, beyond) = (d.dot(&velocity), d.norm_squared() - radius_m * radius_m);
-        let discriminant = approach * approach - velocity.norm_squared() * beyond;
-        if approach < 0.0 && discriminant >= 0.0 {
-            let time = beyond / (discriminant.sqrt() - approach);
-            let at = d + velocity * time;
-            keep(time, at / at.norm());
+        if let Some(hit) = sweep_point_disc(p, velocity, a, radius_m) {
+            keep(hit);
         }
     }
     first
@@ -514,12 +545,12 @@ mod tests {
             }
             let hit =
                 if is_disc { sweep_disc(centre, velocity, radius, &still) } else { sweep(&moving, velocity, &still) };
-            let until = hit.map_or(3.0, |hit| hit.0);
+            let until = hit.map_or(3.0, |hit| hit.time_s);
             for k in 0..100 {
                 let t = until * f64::from(k) / 100.0;
                 assert!(gap(t) > -1e-9, "overlap of {} before the contact", -gap(t));
             }
-            if let Some((time, normal)) = hit {
+            if let Some(Hit { time_s: time, normal }) = hit {
                 hits += 1;
                 assert!(gap(time).abs() < 1e-9, "{}", gap(time));
                 assert!(velocity.dot(&normal) < 0.0 && (normal.norm() - 1.0).abs() < 1e-12);
@@ -540,9 +571,10 @@ mod tests {
         let square = |x: f64| rectangle(Rect { min: Vec2::new(x, 0.0), max: Vec2::new(x + 1.0, 1.0) });
         let (still, moving) = (square(0.0), square(0.9));
         let out = Vec2::new(1.0, 0.0);
-        assert_eq!(sweep(&moving, -out, &still), Some((0.0, out)));
+        let at_once = Some(Hit { time_s: 0.0, normal: out });
+        assert_eq!(sweep(&moving, -out, &still), at_once);
         assert_eq!(sweep(&moving, out, &still), None);
-        assert_eq!(sweep_disc(Vec2::new(1.2, 0.5), -out, 0.3, &still), Some((0.0, out)));
+        assert_eq!(sweep_disc(Vec2::new(1.2, 0.5), -out, 0.3, &still), at_once);
         assert_eq!(sweep_disc(Vec2::new(1.2, 0.5), out, 0.3, &still), None);
     }
 
@@ -603,7 +635,7 @@ mod tests {
     fn a_disc_meets_a_wall_after_its_closed_form() {
         // 2 m away at 1 m/s, radius 0.5: after 1.5 s.
         let wall = rectangle(Rect { min: Vec2::new(0.0, -1.0), max: Vec2::new(1.0, 1.0) });
-        let (time, normal) = sweep_disc(Vec2::new(3.0, 0.0), Vec2::new(-1.0, 0.0), 0.5, &wall).unwrap();
-        assert!((time - 1.5).abs() < 1e-12 && normal == Vec2::new(1.0, 0.0));
+        let hit = sweep_disc(Vec2::new(3.0, 0.0), Vec2::new(-1.0, 0.0), 0.5, &wall).unwrap();
+        assert!((hit.time_s - 1.5).abs() < 1e-12 && hit.normal == Vec2::new(1.0, 0.0));
     }
 }

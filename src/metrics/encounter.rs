@@ -26,7 +26,7 @@ pub fn encounters(scene: &Scene, radius_m: f64, trace: &Trace, encounter_m: f64)
     let movers = scene.movers.iter().enumerate().filter(|&(index, mover)| {
         let met = |(row, p): (usize, Vec2)| {
             let state = trace.movers_at(row)[index];
-            state.present && (state.position - p).norm() - mover.radius_m <= reach_m
+            state.present && (state.position - p).norm() - mover.radius_m() <= reach_m
         };
         positions().enumerate().any(met)
     });
@@ -53,7 +53,7 @@ pub fn ttc_min_s(scene: &Scene, radius_m: f64, trace: &Trace) -> Option<f64> {
         for (state, mover) in trace.movers_at(row).iter().zip(&scene.movers) {
             if state.present
                 && let Some(time_s) =
-                    time_to_touch_s(tick.pose, tick.twist, state, radius_m + mover.radius_m, horizon_s)
+                    time_to_touch_s(tick.pose, tick.twist, state, radius_m + mover.radius_m(), horizon_s)
             {
                 (least, horizon_s) = (Some(time_s), time_s);
             }

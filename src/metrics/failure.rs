@@ -101,7 +101,7 @@ fn collision(scene: &Scene, radius_m: f64, trace: &Trace, dt_s: f64) -> Cause {
     let Some(end) = trace.ticks.last() else { return Cause::NeverDrove };
     let movers = trace.movers_at(trace.ticks.len() - 1);
     let gap_m =
-        |index: usize| (movers[index].position - end.pose.position).norm() - scene.movers[index].radius_m - radius_m;
+        |index: usize| (movers[index].position - end.pose.position).norm() - scene.movers[index].radius_m() - radius_m;
     let nearest =
         (0..movers.len()).filter(|&index| movers[index].present).min_by(|&a, &b| gap_m(a).total_cmp(&gap_m(b)));
     let velocity = |row: usize| nearest.map_or(Vec2::zeros(), |index| trace.movers_at(row)[index].velocity);

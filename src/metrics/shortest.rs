@@ -693,7 +693,7 @@ mod tests {
             };
             let obstacle = UnknownStatic::new(pose, shape);
             let goal = Vec2::new(-50.0, -50.0); // so that its tolerance opens nothing
-            let blocked = blocked_cells(&scene(grid.clone(), goal, goal, vec![obstacle]), radius_m, 0.0);
+            let blocked = blocked_cells(&scene(grid.clone(), goal, goal, vec![obstacle.clone()]), radius_m, 0.0);
             let reach = radius_m - 1e-3;
             for index in 0..grid.occupied().len() {
                 let cell = grid.cell(index);
@@ -717,7 +717,7 @@ mod tests {
         let pallet = UnknownStatic::new(Pose::new(3.0, 1.5, 0.0), Shape::Rectangle { half_m: Vec2::new(0.4, 0.6) });
         let grid = OccupancyGrid::empty(6, 3, 1.0);
         let (start, goal) = (Vec2::new(0.5, 1.5), Vec2::new(5.5, 1.5));
-        let through = shortest_m(&scene(grid.clone(), start, goal, vec![pallet]), 0.25, 0.25).unwrap();
+        let through = shortest_m(&scene(grid.clone(), start, goal, vec![pallet.clone()]), 0.25, 0.25).unwrap();
         assert!((through - 5.0).abs() < 1e-12);
         // Grown to cover the cells (2, 1) and (3, 1), it does: over (2, 2) and (4, 2), 2·√(1.5² + 0.5²) + 2.
         let pallet = UnknownStatic::new(pallet.pose(), Shape::Rectangle { half_m: Vec2::new(1.0, 0.6) });

@@ -3,13 +3,14 @@
 //! and a scale bar. Needs nothing to look at but a browser.
 
 use crate::episode::Outcome;
-use crate::geometry::{Path, Piece, Vec2};
+use crate::geometry::outline::{Outline, Shape};
+use crate::geometry::{Path, Piece, Pose, Vec2};
 use crate::map::OccupancyGrid;
 use crate::math;
 use crate::robot::Robot;
 use crate::trace::{Tick, Trace};
-use crate::world::{Scene, Shape};
-use std::fmt::Write as _;
+use crate::world::Scene;
+use std::fmt::{self, Write as _};
 
 /// Width of the map in the picture, px.
 const MAP_WIDTH_PX: f64 = 1100.0;
@@ -132,26 +133,20 @@ impl Canvas {
 
     fn unknown_statics(&self, svg: &mut String, scene: &Scene) {
         for obstacle in &scene.unknown_static {
-            let (x, y) = (self.x(obstacle.pose().position), self.y(obstacle.pose().position));
-            match obstacle.shape() {
-                Shape::Disc { radius_m } => line(
-                    svg,
-                    format_args!(
-                        "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{:.2}\" fill=\"{UNKNOWN}\"/>",
-                        self.px(radius_m)
-                    ),
-                ),
-                Shape::Rectangle { half_m } => line(
-                    svg,
-                    format_args!(
-                        "<rect x=\"{:.2}\" y=\"{:.2}\" width=\"{:.2}\" height=\"{:.2}\" fill=\"{UNKNOWN}\" transform=\"translate({x:.2} {y:.2}) rotate({:.2})\"/>",
-                        -self.px(half_m.x),
-                        -self.px(half_m.y),
-                        self.px(2.0 * half_m.x),
-                        self.px(2.0 * half_m.y),
-                        -obstacle.pose().theta.to_degrees()
-                    ),
-                ),
+            self.outline(svg, obstacle.outline(), obstacle.pose().position, format_args!("fill=\"{UNKNOWN}\""));
+        }
+    }
+
+    /// An outline about `centre`, never smaller than a few pixels.
+    fn outline(&self, svg: &mut String, outline: &Outline, centre: Vec2, style: fmt::Arguments<'_>) {
+        match outline.corners(centre) {
+            Some(corners) => {
+                line(svg, format_args!("<polygon points=\"{}\" {style}/>", self.points(&corners)));
+            }
+            None => {
+                let (x, y) = (self.x(centre), self.y(centre));
+                let r = math::max(self.px(outline.circumradius_m()), 2.0);
+                line(svg, format_args!("<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{r:.2}\" {style}/>"));
             }
         }
     }
@@ -211,24 +206,10 @@ impl Canvas {
                     self.points(&track)
                 ),
             );
-            let r = self.px(mover.radius_m);
             let (first, last) = (at(begin), at(end));
-            line(
-                svg,
-                format_args!(
-                    "<circle cx=\"{:.2}\" cy=\"{:.2}\" r=\"{r:.2}\" fill=\"none\" stroke=\"{MOVER}\" stroke-width=\"1.1\" opacity=\"0.55\"/>",
-                    self.x(first),
-                    self.y(first)
-                ),
-            );
-            line(
-                svg,
-                format_args!(
-                    "<circle cx=\"{:.2}\" cy=\"{:.2}\" r=\"{r:.2}\" fill=\"{MOVER}\"/>",
-                    self.x(last),
-                    self.y(last)
-                ),
-            );
+            let hollow = format_args!("fill=\"none\" stroke=\"{MOVER}\" stroke-width=\"1.1\" opacity=\"0.55\"");
+            self.outline(svg, &mover.outline, first, hollow);
+            self.outline(svg, &mover.outline, last, format_args!("fill=\"{MOVER}\""));
             let velocity = trace.movers_at(end)[index].velocity;
             let ahead = last + velocity;
             line(
@@ -278,15 +259,13 @@ impl Canvas {
 
     fn ends(&self, svg: &mut String, scene: &Scene, robot: &Robot, trace: &Trace, outcome: &Outcome) {
         let start = scene.start;
-        let r = math::max(self.px(robot.radius_m), 2.0);
-        line(
-            svg,
-            format_args!(
-                "<circle cx=\"{:.2}\" cy=\"{:.2}\" r=\"{r:.2}\" fill=\"#ffffff\" stroke=\"{INK}\" stroke-width=\"1.6\"/>",
-                self.x(start.position),
-                self.y(start.position)
-            ),
-        );
+        let footprint = match &robot.footprint {
+            None => Shape::Disc { radius_m: robot.radius_m },
+            Some(polygon) => Shape::Polygon(polygon.clone()),
+        };
+        let footprint = |pose: Pose| Outline::new(footprint.clone(), pose.theta);
+        let paper = format_args!("fill=\"#ffffff\" stroke=\"{INK}\" stroke-width=\"1.6\"");
+        self.outline(svg, &footprint(start), start.position, paper);
         self.label(svg, start.position, "start");
         let (gx, gy) = (self.x(scene.goal), self.y(scene.goal));
         line(
@@ -298,14 +277,15 @@ impl Canvas {
         self.label(svg, scene.goal, "goal");
         let Some(last) = trace.ticks.last() else { return };
         let (x, y) = (self.x(last.pose.position), self.y(last.pose.position));
-        let nose = last.pose.position + crate::geometry::direction(last.pose.theta) * robot.radius_m;
+        let nose = last.pose.position + crate::geometry::direction(last.pose.theta) * robot.inscribed_radius_m();
         let collided = matches!(outcome, Outcome::Collision { .. });
         let edge = if collided { CONTACT } else { INK };
+        let glass = format_args!("fill=\"#ffffff\" fill-opacity=\"0.75\" stroke=\"{edge}\" stroke-width=\"1.8\"");
+        self.outline(svg, &footprint(last.pose), last.pose.position, glass);
         line(
             svg,
             format_args!(
-                "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{r:.2}\" fill=\"#ffffff\" fill-opacity=\"0.75\" stroke=\"{edge}\" stroke-width=\"1.8\"/>\
-             <line x1=\"{x:.2}\" y1=\"{y:.2}\" x2=\"{:.2}\" y2=\"{:.2}\" stroke=\"{edge}\" stroke-width=\"1.8\"/>",
+                "<line x1=\"{x:.2}\" y1=\"{y:.2}\" x2=\"{:.2}\" y2=\"{:.2}\" stroke=\"{edge}\" stroke-width=\"1.8\"/>",
                 self.x(nose),
                 self.y(nose)
             ),
@@ -419,7 +399,7 @@ impl Canvas {
     }
 }
 
-fn line(svg: &mut String, text: std::fmt::Arguments<'_>) {
+fn line(svg: &mut String, text: fmt::Arguments<'_>) {
     let _ = svg.write_fmt(text);
     svg.push('\n');
 }

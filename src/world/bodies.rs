@@ -1,10 +1,10 @@
 //! The rapier side of the world: bodies that follow our poses.
 
 use super::DT_S;
-use super::obstacle::{Mover, Shape};
+use super::obstacle::{Mover, Outline, Shape};
 use super::scene::Scene;
-use crate::geometry::{Pose, Vec2};
-use crate::math;
+use crate::geometry::{Pose, Vec2, direction};
+use crate::robot::Robot;
 use rapier2d::prelude::{
     ActiveCollisionTypes, BroadPhaseBvh, BvhOptimizationStrategy, ColliderBuilder, ColliderHandle, PhysicsWorld,
     Pose as RapierPose, RigidBodyBuilder, RigidBodyHandle, Rotation, SharedShape, Vector,
@@ -19,7 +19,7 @@ pub(super) struct Bodies {
 }
 
 impl Bodies {
-    pub(super) fn new(scene: &Scene, robot_radius_m: f64) -> Self {
+    pub(super) fn new(scene: &Scene, robot: &Robot) -> Self {
         // The tree is good enough as it was built: movers come back to where they were, and re-balancing it costs as
         // much as the rest of a step. Which pairs it finds does not depend on it.
         let broad_phase = BroadPhaseBvh::with_optimization_strategy(BvhOptimizationStrategy::None);
@@ -32,19 +32,22 @@ impl Bodies {
         physics.insert_collider(inert(scene.map.shape().clone()), None);
         let mut unknown = Vec::with_capacity(scene.unknown_static.len());
         for obstacle in &scene.unknown_static {
-            let shape = match obstacle.shape() {
-                Shape::Disc { radius_m } => SharedShape::ball(radius_m as f32),
-                Shape::Rectangle { half_m } => SharedShape::cuboid(half_m.x as f32, half_m.y as f32),
-            };
-            let collider = inert(shape).position(rapier_pose(obstacle.pose())).enabled(obstacle.is_present());
+            let collider = inert(rapier_shape(obstacle.shape()))
+                .position(rapier_pose(obstacle.pose()))
+                .enabled(obstacle.is_present());
             unknown.push(physics.insert_collider(collider, None));
         }
-        let mut kinematic = |pose: Pose, radius_m: f64| {
-            let body = RigidBodyBuilder::kinematic_position_based().pose(rapier_pose(pose)).can_sleep(false);
-            physics.insert(body, inert(SharedShape::ball(radius_m as f32))).0
+        let mut kinematic = |pose: RapierPose, shape: &Shape| {
+            let body = RigidBodyBuilder::kinematic_position_based().pose(pose).can_sleep(false);
+            physics.insert(body, inert(rapier_shape(shape))).0
         };
-        let robot = kinematic(scene.start, robot_radius_m);
-        let movers = scene.movers.iter().map(|mover| kinematic(mover_pose(mover.position), mover.radius_m)).collect();
+        let footprint = match &robot.footprint {
+            None => Shape::Disc { radius_m: robot.radius_m },
+            Some(polygon) => Shape::Polygon(polygon.clone()),
+        };
+        let robot = kinematic(rapier_pose(scene.start), &footprint);
+        let mover = |mover: &Mover| kinematic(mover_pose(mover.position, &mover.outline), mover.outline.shape());
+        let movers = scene.movers.iter().map(mover).collect();
         Self { physics, robot, movers, unknown }
     }
 
@@ -61,20 +64,35 @@ impl Bodies {
             if body.is_enabled() != mover.present {
                 body.set_enabled(mover.present);
             }
-            body.set_next_kinematic_position(rapier_pose(mover_pose(mover.position)));
+            body.set_next_kinematic_position(mover_pose(mover.position, &mover.outline));
         }
         self.physics.step();
     }
 }
 
-fn mover_pose(position: Vec2) -> Pose {
-    Pose { position, theta: 0.0 }
+fn rapier_shape(shape: &Shape) -> SharedShape {
+    match shape {
+        Shape::Disc { radius_m } => SharedShape::ball(*radius_m as f32),
+        Shape::Rectangle { half_m } => SharedShape::cuboid(half_m.x as f32, half_m.y as f32),
+        Shape::Polygon(polygon) => {
+            let corners: Vec<Vector> = polygon.corners().iter().map(|c| Vector::new(c.x as f32, c.y as f32)).collect();
+            // A sliver that single precision takes for a line: the disc around it.
+            SharedShape::convex_hull(&corners).unwrap_or_else(|| SharedShape::ball(polygon.circumradius_m() as f32))
+        }
+    }
+}
+
+fn mover_pose(position: Vec2, outline: &Outline) -> RapierPose {
+    placed(position, outline.axis())
 }
 
 fn rapier_pose(pose: Pose) -> RapierPose {
-    let (sin, cos) = math::sin_cos(pose.theta);
+    placed(pose.position, direction(pose.theta))
+}
+
+fn placed(position: Vec2, axis: Vec2) -> RapierPose {
     RapierPose {
-        translation: Vector::new(pose.position.x as f32, pose.position.y as f32),
-        rotation: Rotation { re: cos as f32, im: sin as f32 },
+        translation: Vector::new(position.x as f32, position.y as f32),
+        rotation: Rotation { re: axis.x as f32, im: axis.y as f32 },
     }
 }

@@ -14,7 +14,7 @@
 use super::DT_S;
 use super::motion::{Irregular, Motion, Patrol, Replay, Sample};
 use super::mover::free_run;
-use super::obstacle::{Mover, SLACK_M, Shape, UnknownStatic};
+use super::obstacle::{Body, Mover, Outline, SLACK_M, Shape, UnknownStatic};
 use super::recording::Recording;
 use super::route::reference_route;
 use super::scene::Scene;
@@ -31,7 +31,7 @@ use crate::map::{Cell, OccupancyGrid};
 use crate::math;
 use crate::quantity::{CountOrZero, Finite, Fraction, NonNegative, Positive};
 use crate::rng::{EpisodeSeed, Purpose, Stream};
-use crate::robot::Robot;
+use crate::robot::{OutlineCorners, Robot};
 use std::sync::Arc;
 
 /// Draws for one start and goal, one unknown static or one mover.
@@ -76,11 +76,11 @@ impl SceneSpec {
         let unknown = self.obstacles.fixed_statics(&map.grid);
         let statics = Statics { map, unknown: &unknown };
         let start = self.start.given(&map.grid);
-        if let Some((position, _)) = start {
-            check_fits("start", position, robot, &statics)?;
+        if let Some((position, theta)) = start {
+            check_fits("start", position, theta, robot, &statics)?;
         }
         if let Some(goal) = self.goal.given(&map.grid) {
-            check_fits("goal", goal, robot, &statics)?;
+            check_fits("goal", goal, None, robot, &statics)?;
         }
         for (entry, choice) in self.obstacles.unknown_static.iter().enumerate() {
             let key = format!("obstacles.unknown_static[{entry}].{}", choice.name());
@@ -108,19 +108,19 @@ impl SceneSpec {
                     check_motion(&key, &params.motion)?;
                     let key = format!("{key}.position");
                     let position = point(params.position, &map.grid);
-                    let radius = params.radius_m.get();
+                    let outline = params.outline(&map.grid);
                     if params.on_static != moving::OnStatic::Pass {
                         if map.edge_distance_m(position) < 0.0 {
                             return Err(SceneError::new(key, outside(position, map)));
                         }
-                        let gap = statics.distance_m(position) - radius;
+                        let gap = statics.gap_m(&outline, position);
                         if gap < -SLACK_M {
                             let overlap = format!("overlaps a static obstacle or the map's edge by {:.3} m", -gap);
                             return Err(SceneError::new(key, format!("the mover {}", at(position, map, &overlap))));
                         }
                     }
                     if let Some((start, _)) = start
-                        && (start - position).norm() < radius + robot.radius_m
+                        && (start - position).norm() < outline.circumradius_m() + robot.radius_m
                     {
                         return Err(SceneError::new(key, "the mover overlaps the robot at its start"));
                     }
@@ -170,7 +170,7 @@ impl SceneSpec {
                 }
                 EventChoice::goal(params) => {
                     let known = Statics { map: statics.map, unknown: &[] };
-                    check_fits(&format!("{key}.to"), point(params.to, &statics.map.grid), robot, &known)?;
+                    check_fits(&format!("{key}.to"), point(params.to, &statics.map.grid), None, robot, &known)?;
                     continue;
                 }
                 EventChoice::wheel_slip(params) => {
@@ -241,7 +241,6 @@ fn check_patrol(
     statics: &Statics<'_>,
 ) -> Result<(), SceneError> {
     let map = statics.map;
-    let radius = params.radius_m.get();
     let key_of = |index: usize| format!("{key}.waypoints[{index}]");
     let places: Vec<Vec2> = params.waypoints.iter().map(|&place| point(place, &map.grid)).collect();
     let count = places.len();
@@ -249,7 +248,8 @@ fn check_patrol(
         let message = format!("a patrol needs at least two waypoints, found {count}");
         return Err(SceneError::new(format!("{key}.waypoints"), message));
     }
-    if start.is_some_and(|start| (start - places[0]).norm() < radius + robot.radius_m) {
+    let outline = params.outline(&map.grid);
+    if start.is_some_and(|start| (start - places[0]).norm() < outline.circumradius_m() + robot.radius_m) {
         return Err(SceneError::new(key_of(0), "the mover overlaps the robot at its start"));
     }
     let legs = if params.closed && count > 2 { count } else { count - 1 };
@@ -264,8 +264,8 @@ fn check_patrol(
         if map.edge_distance_m(a) < 0.0 {
             return Err(SceneError::new(key_of(from), outside(a, map)));
         }
-        let fits = statics.distance_m(a) >= radius - SLACK_M;
-        if !fits || statics.sweep_disc(a, b - a, radius - SLACK_M, 1.0).is_some() {
+        let fits = statics.gap_m(&outline, a) >= -SLACK_M;
+        if !fits || statics.sweep(&outline.with_slack(), a, b - a, 1.0).is_some() {
             let message = if fits {
                 format!("a static obstacle or the map's edge is in the way to waypoint {to}")
             } else {
@@ -277,40 +277,34 @@ fn check_patrol(
     Ok(())
 }
 
-/// Whether the footprint fits at `p`.
-fn check_fits(key: &str, p: Vec2, robot: &Robot, statics: &Statics<'_>) -> Result<(), SceneError> {
+/// Whether the footprint fits at `p` with the heading `theta`; where that is open, whether it fits with any.
+fn check_fits(key: &str, p: Vec2, theta: Option<f64>, robot: &Robot, statics: &Statics<'_>) -> Result<(), SceneError> {
     let map = statics.map;
-    let edge = map.edge_distance_m(p);
-    if edge < 0.0 {
+    if map.edge_distance_m(p) < 0.0 {
         return Err(SceneError::new(key, outside(p, map)));
     }
-    let known = map.obstacle_distance_m(p, f64::INFINITY);
-    let hit = if known < robot.radius_m - SLACK_M {
-        ("a known obstacle", known)
-    } else if edge < robot.radius_m - SLACK_M {
-        ("the map's edge", edge)
-    } else if let Some((index, distance)) = statics
-        .unknown
-        .iter()
-        .map(|obstacle| obstacle.distance_m(p))
-        .enumerate()
-        .find(|&(_, distance)| distance < robot.radius_m - SLACK_M)
-    {
-        return Err(SceneError::new(
-            key,
-            at(p, map, &format!("{} unknown static number {index} given in the scenario", reach(robot, distance))),
-        ));
-    } else {
-        return Ok(());
+    let body = match theta {
+        Some(theta) => robot.body(Pose { position: p, theta }),
+        None => Body { position: p, radius_m: robot.inscribed_radius_m(), corners: None },
     };
-    Err(SceneError::new(key, at(p, map, &format!("{} {}", reach(robot, hit.1), hit.0))))
-}
-
-fn reach(robot: &Robot, distance: f64) -> String {
-    if distance <= 0.0 {
-        "lies inside".to_owned()
-    } else {
-        format!("leaves no room for the robot (radius {} m): {distance:.3} m to", robot.radius_m)
+    let unknown = statics.unknown.iter().enumerate();
+    let unknown = unknown.map(|(index, obstacle)| {
+        (format!("unknown static number {index} given in the scenario"), obstacle.gap_m(&body), obstacle.distance_m(p))
+    });
+    let known = ("a known obstacle".to_owned(), map.obstacle_gap_m(&body), map.obstacle_distance_m(p, f64::INFINITY));
+    let edge = ("the map's edge".to_owned(), map.edge_gap_m(&body), map.edge_distance_m(p));
+    match [known, edge].into_iter().chain(unknown).find(|&(_, gap_m, _)| gap_m < -SLACK_M) {
+        None => Ok(()),
+        Some((what, _, distance_m)) if distance_m <= 0.0 => {
+            Err(SceneError::new(key, at(p, map, &format!("lies inside {what}"))))
+        }
+        Some((what, gap_m, distance_m)) => {
+            let room = match body.corners {
+                None => format!("(radius {} m): {distance_m:.3} m to {what}", body.radius_m),
+                Some(_) => format!("with that heading: its footprint overlaps {what} by {:.3} m", -gap_m),
+            };
+            Err(SceneError::new(key, at(p, map, &format!("leaves no room for the robot {room}"))))
+        }
     }
 }
 
@@ -370,13 +364,34 @@ impl unknown_static::fixed::Params {
 impl moving::fixed::Params {
     /// The velocity in the grid frame, or what is wrong with how it is given.
     fn velocity(&self, grid: &OccupancyGrid) -> Result<Vec2, &'static str> {
-        let turn = |v: Vec2| grid.frame().point_to_grid(v + grid.frame().origin.position);
         match (self.velocity_mps, self.speed_mps, self.heading_rad) {
-            (Some([x, y]), None, None) => Ok(turn(Vec2::new(x.get(), y.get()))),
-            (None, Some(speed), Some(heading)) => Ok(turn(speed.get() * direction(heading.get()))),
+            (Some([x, y]), None, None) => Ok(turn_to_grid(Vec2::new(x.get(), y.get()), grid)),
+            (None, Some(speed), Some(heading)) => Ok(turn_to_grid(speed.get() * direction(heading.get()), grid)),
             _ => Err("a mover needs either `velocity_mps`, or `speed_mps` with `heading_rad`"),
         }
     }
+
+    /// The outline, its x axis along the heading or the velocity.
+    fn outline(&self, grid: &OccupancyGrid) -> Outline {
+        let forward = match self.heading_rad {
+            Some(heading) => turn_to_grid(direction(heading.get()), grid),
+            None => self.velocity(grid).unwrap_or_default(),
+        };
+        outline(self.radius_m, self.footprint.as_ref(), forward)
+    }
+}
+
+impl moving::patrol::Params {
+    /// The outline, its x axis along the first leg.
+    fn outline(&self, grid: &OccupancyGrid) -> Outline {
+        let [first, second] = [0, 1].map(|index| point(self.waypoints[index], grid));
+        outline(self.radius_m, self.footprint.as_ref(), second - first)
+    }
+}
+
+/// A vector of the world frame in the grid frame.
+fn turn_to_grid(v: Vec2, grid: &OccupancyGrid) -> Vec2 {
+    grid.frame().point_to_grid(v + grid.frame().origin.position)
 }
 
 impl super::spec::ObstaclesSpec {
@@ -504,10 +519,12 @@ impl Scene {
             }
             floor
         };
-        let mut floor = with_fixed(math::max(robot.radius_m, inflation_m));
         let given = [ends.0.map(|(position, _)| position), ends.1];
+        // Where both ends are given nobody needs to fit there with any heading but the given one.
+        let room_m = if given.iter().all(Option::is_some) { robot.inscribed_radius_m() } else { robot.radius_m };
+        let mut floor = with_fixed(math::max(room_m, inflation_m));
         if given.iter().flatten().any(|&p| !floor.passable[grid.index(grid.cell_at(p))]) {
-            floor = with_fixed(robot.radius_m);
+            floor = with_fixed(room_m);
         }
         for p in given.into_iter().flatten() {
             // The cell of a given end counts even where only the given point, not its centre, is clear.
@@ -532,6 +549,10 @@ impl Scene {
             movers: Vec::new(),
             script: Vec::new(),
         };
+        let body = robot.body(scene.start);
+        if body.corners.is_some() && math::min(map.gap_m(&body), statics_gap_m(&fixed, &body)) < -SLACK_M {
+            return Err(Infeasible::new("the footprint does not fit at the start with its heading"));
+        }
         let cells = (grid.index(grid.cell_at(start)), grid.index(grid.cell_at(goal)));
         for (entry, choice) in spec.obstacles.unknown_static.iter().enumerate() {
             match choice {
@@ -562,11 +583,11 @@ impl Scene {
                         on_robot: params.on_robot,
                         yield_distance_m: params.yield_distance_m.get(),
                         motion: motion(&params.motion, [speed, speed], seed, entity(entry, 0)),
-                        ..Mover::new(point(params.position, grid), velocity, params.radius_m.get())
+                        ..Mover::with_outline(point(params.position, grid), velocity, params.outline(grid))
                     };
                     let blocked = mover.on_static != moving::OnStatic::Pass
-                        && scene.statics().distance_m(mover.position) < mover.radius_m - SLACK_M;
-                    if blocked || (mover.position - start).norm() < mover.radius_m + robot.radius_m {
+                        && scene.statics().gap_m(&mover.outline, mover.position) < -SLACK_M;
+                    if blocked || (mover.position - start).norm() < mover.radius_m() + robot.radius_m {
                         return Err(Infeasible::new(format!(
                             "obstacles.moving[{entry}] begins in the robot or in a random unknown static"
                         )));
@@ -673,7 +694,7 @@ fn patrol(params: &moving::patrol::Params, grid: &OccupancyGrid) -> Mover {
             closed: params.closed,
             pause_s: params.pause_s.get(),
         }),
-        ..Mover::new(first, velocity, params.radius_m.get())
+        ..Mover::with_outline(first, velocity, params.outline(grid))
     }
 }
 
@@ -706,9 +727,10 @@ fn replay<'a>(
 
 /// A mover that crosses the reference route when the robot may be there; `None` after too many draws.
 fn draw_crossing(params: &moving::crossing::Params, scene: &Scene, robot: &Robot, mut stream: Stream) -> Option<Mover> {
-    let (radius_m, statics) = (params.radius_m.get(), scene.statics());
+    let statics = scene.statics();
     let [slowest, fastest] = params.speed_mps.map(NonNegative::get);
     let [low, high] = params.share.map(Fraction::get);
+    let radius_m = outline(params.radius_m, params.footprint.as_ref(), Vec2::zeros()).circumradius_m();
     let keep = params.keep_from_start_m.get() + robot.radius_m + radius_m;
     let (jitter_s, straight_s) = (params.jitter_s.get(), params.straight_s.get());
     (0..TRIES).find_map(|_| {
@@ -716,22 +738,23 @@ fn draw_crossing(params: &moving::crossing::Params, scene: &Scene, robot: &Robot
         let along_m = scene.reference_route.length() * stream.range(low, high);
         let time_s = math::max(0.0, along_m / params.robot_speed_mps.get() + stream.range(-jitter_s, jitter_s));
         let place = scene.reference_route.point_at(along_m);
-        let free = |way: Vec2, for_s: f64| statics.sweep_disc(place, way, radius_m, for_s).is_none();
-        if statics.distance_m(place) < radius_m || !free(velocity, straight_s) {
+        let outline = outline(params.radius_m, params.footprint.as_ref(), velocity);
+        let free = |way: Vec2, for_s: f64| statics.sweep(&outline, place, way, for_s).is_none();
+        if statics.gap_m(&outline, place) < 0.0 || !free(velocity, straight_s) {
             return None;
         }
         if !free(-velocity, math::min(straight_s, time_s)) {
             return None;
         }
-        // A disc that bounces like light comes back the way it went.
-        let back = Mover { on_static: params.on_static, ..Mover::new(place, -velocity, radius_m) };
+        // What bounces like light comes back the way it went.
+        let back = Mover { on_static: params.on_static, ..Mover::with_outline(place, -velocity, outline.clone()) };
         let (position, reversed) = free_run(&back, &statics, time_s)?;
         let clear = (position - scene.start.position).norm() >= keep;
         clear.then(|| Mover {
             on_static: params.on_static,
             on_robot: params.on_robot,
             yield_distance_m: params.yield_distance_m.get(),
-            ..Mover::new(position, -reversed, radius_m)
+            ..Mover::with_outline(position, -reversed, outline)
         })
     })
 }
@@ -816,7 +839,7 @@ fn draw_static(
             position = grid.centre(grid.cell_at(position));
             pose = Pose { position, theta: 0.0 };
         }
-        let obstacle = UnknownStatic::new(pose, shape);
+        let obstacle = UnknownStatic::new(pose, shape.clone());
         if obstacle.distance_m(scene.start.position) < keep || obstacle.distance_m(scene.goal) < keep {
             continue;
         }
@@ -859,27 +882,44 @@ fn draw_position(placement: &PlacementChoice, route: &Path, grid: &OccupancyGrid
 
 /// A random mover: clear of every static obstacle and of the robot's start; `None` after too many draws.
 fn draw_mover(params: &moving::random::Params, scene: &Scene, robot: &Robot, mut stream: Stream) -> Option<Mover> {
-    let radius_m = params.radius_m.get();
     let extent = scene.map.grid.extent_m();
     let [slowest, fastest] = params.speed_mps.map(NonNegative::get);
     let speed = stream.range(slowest, fastest);
     let heading = stream.range(-math::PI, math::PI);
-    let keep = params.keep_from_start_m.get() + robot.radius_m + radius_m;
+    let shape = outline(params.radius_m, params.footprint.as_ref(), Vec2::zeros());
+    let keep = params.keep_from_start_m.get() + robot.radius_m + shape.circumradius_m();
     (0..TRIES).find_map(|_| {
         let position = Vec2::new(stream.range(0.0, extent.x), stream.range(0.0, extent.y));
-        let clear =
-            (position - scene.start.position).norm() >= keep && scene.statics().distance_m(position) >= radius_m;
-        let velocity = match params.heading {
-            Heading::Any => speed * direction(heading),
-            Heading::AlongAisle => math::sign(heading) * speed * aisle(&scene.map, position, radius_m),
+        let way = match params.heading {
+            Heading::Any => direction(heading),
+            Heading::AlongAisle => math::sign(heading) * aisle(&scene.map, position, shape.shape().inradius_m()),
         };
+        let velocity = speed * way;
+        let outline = outline(params.radius_m, params.footprint.as_ref(), way);
+        let clear =
+            (position - scene.start.position).norm() >= keep && scene.statics().gap_m(&outline, position) >= 0.0;
         clear.then(|| Mover {
             on_static: params.on_static,
             on_robot: params.on_robot,
             yield_distance_m: params.yield_distance_m.get(),
-            ..Mover::new(position, velocity, radius_m)
+            ..Mover::with_outline(position, velocity, outline)
         })
     })
+}
+
+/// The outline of a mover: its footprint with x pointing `forward` (along x where that is no direction), or a disc.
+fn outline(radius_m: Positive, footprint: Option<&OutlineCorners>, forward: Vec2) -> Outline {
+    let length = forward.norm();
+    let axis = if length > 0.0 { forward / length } else { Vec2::new(1.0, 0.0) };
+    match footprint {
+        None => Outline::disc(radius_m.get()),
+        Some(corners) => Outline::new(Shape::Polygon(corners.polygon().clone()), 0.0).with_axis(axis),
+    }
+}
+
+/// Signed distance from a body to the nearest of some obstacles, m.
+fn statics_gap_m(obstacles: &[UnknownStatic], body: &Body) -> f64 {
+    obstacles.iter().fold(f64::INFINITY, |best, obstacle| math::min(best, obstacle.gap_m(body)))
 }
 
 /// The unit vector along x or y in which a disc has the longer free run through `position` on the known map, by
@@ -986,7 +1026,7 @@ moving:
                 assert!(route.project(near.pose().position).1 <= 3.0);
             }
             for mover in &scene.movers {
-                assert!(scene.statics().distance_m(mover.position) >= mover.radius_m);
+                assert!(scene.statics().distance_m(mover.position) >= mover.radius_m());
                 assert!((mover.position - scene.start.position).norm() >= 3.0 + 0.25 + 0.3);
                 assert!((0.8..1.0 + 1e-12).contains(&mover.velocity.norm()));
             }
@@ -1003,7 +1043,7 @@ moving:
             for _ in 0..100 {
                 world.step(Twist::ZERO);
                 for (mover, begin) in world.movers().iter().zip(&scene.movers) {
-                    assert!(scene.statics().distance_m(mover.position) > mover.radius_m - 1e-8);
+                    assert!(scene.statics().distance_m(mover.position) > mover.radius_m() - 1e-8);
                     assert!(
                         (mover.velocity.norm() - begin.velocity.norm()).abs() < 1e-9 || mover.velocity.norm() == 0.0
                     );
@@ -1048,7 +1088,7 @@ moving:
                 };
                 let (Ok(before), Ok(after)) = (draw(base), draw(more)) else { continue };
                 assert_eq!((before.start, before.goal), (after.start, after.goal));
-                let kept: Vec<_> = statics.iter().map(|&k: &usize| after.unknown_static[k]).collect();
+                let kept: Vec<_> = statics.iter().map(|&k: &usize| after.unknown_static[k].clone()).collect();
                 assert_eq!(kept, before.unknown_static);
                 let kept: Vec<_> = movers.iter().map(|&k: &usize| after.movers[k].clone()).collect();
                 assert_eq!(kept, before.movers[..kept.len()]);

@@ -49,7 +49,7 @@ impl Course {
         loop {
             let leg = course.legs[course.count - 1];
             let left_s = duration_s - leg.begin_s;
-            let Some(hit) = statics.sweep_disc(leg.from, leg.velocity, mover.radius_m, left_s) else {
+            let Some(hit) = statics.sweep(&mover.outline, leg.from, leg.velocity, left_s) else {
                 return course;
             };
             *cruise = match mover.on_static {
@@ -88,7 +88,7 @@ impl Course {
             let waits = beat.wait_s > 0.0;
             let velocity = if waits || away_s == 0.0 { Vec2::zeros() } else { ahead / away_s };
             let mut lasts_s = math::min(if waits { beat.wait_s } else { away_s }, left_s);
-            let hit = statics.sweep_disc(position, velocity, mover.radius_m, lasts_s);
+            let hit = statics.sweep(&mover.outline, position, velocity, lasts_s);
             let blocked = mover.on_static != OnStatic::Pass && hit.is_some();
             if let (true, Some(hit)) = (blocked, hit) {
                 lasts_s = hit.time_s;
@@ -214,12 +214,12 @@ impl Driver {
         }
     }
 
-    /// Its course in `tick`, given where the robot's centre and how large the robot is.
+    /// Its course in `tick`, given where the robot's centre is and how far its footprint is away.
     pub(super) fn course(
         &mut self,
         mover: &Mover,
         statics: &Statics<'_>,
-        (robot, robot_radius_m): (Vec2, f64),
+        (robot, gap_m): (Vec2, f64),
         tick: u32,
     ) -> Course {
         if !mover.present || self.halted {
@@ -231,7 +231,7 @@ impl Driver {
         };
         match &mover.motion {
             Motion::Replay(replay) => Course::replay(replay, f64::from(tick) * DT_S, DT_S),
-            _ if yields(mover, wants, robot, robot_radius_m) => Course::standing(mover.position),
+            _ if yields(mover, wants, robot, gap_m) => Course::standing(mover.position),
             Motion::Patrol(patrol) => Course::patrol(mover, patrol, &mut self.beat, statics, DT_S),
             Motion::Uniform | Motion::Irregular(_) => Course::drive(mover, &mut self.cruise, statics, DT_S),
         }
@@ -252,11 +252,8 @@ pub(super) fn free_run(mover: &Mover, statics: &Statics<'_>, time_s: f64) -> Opt
 
 /// Whether a yielding mover stands this tick: the robot's centre lies in the half plane ahead of it and their surfaces
 /// are within its distance, at the beginning of the tick.
-fn yields(mover: &Mover, cruise: Vec2, robot: Vec2, robot_radius_m: f64) -> bool {
-    let d = robot - mover.position;
-    mover.on_robot == OnRobot::Yield
-        && d.dot(&cruise) > 0.0
-        && d.norm() - mover.radius_m - robot_radius_m <= mover.yield_distance_m
+fn yields(mover: &Mover, cruise: Vec2, robot: Vec2, gap_m: f64) -> bool {
+    mover.on_robot == OnRobot::Yield && (robot - mover.position).dot(&cruise) > 0.0 && gap_m <= mover.yield_distance_m
 }
 
 #[cfg(test)]
@@ -399,9 +396,11 @@ mod tests {
         let mut mover = mover(Vec2::new(0.0, 0.0), 0.3, OnStatic::Reflect);
         mover.yield_distance_m = 1.0;
         let cruise = Vec2::new(1.0, 0.0);
-        let ahead = |x| yields(&Mover { on_robot: OnRobot::Yield, ..mover.clone() }, cruise, Vec2::new(x, 0.0), 0.25);
+        let gap_m = |x: f64| x.abs() - 0.3 - 0.25;
+        let ahead =
+            |x| yields(&Mover { on_robot: OnRobot::Yield, ..mover.clone() }, cruise, Vec2::new(x, 0.0), gap_m(x));
         // Surfaces are 1 m apart where the centres are 1.55 m apart.
         assert!(ahead(1.54) && !ahead(1.56) && !ahead(-1.0));
-        assert!(!yields(&mover, cruise, Vec2::new(1.0, 0.0), 0.25), "movers ignore the robot unless told");
+        assert!(!yields(&mover, cruise, Vec2::new(1.0, 0.0), gap_m(1.0)), "movers ignore the robot unless told");
     }
 }

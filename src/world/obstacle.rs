@@ -1,39 +1,11 @@
-//! Obstacles: their shapes, exact distances to them, and which cells they touch.
+//! Obstacles: what stands still unknown, and what moves.
 
 use super::motion::Motion;
 use super::spec::ShapeChoice;
 use super::spec::moving::{OnRobot, OnStatic};
-use crate::geometry::{Pose, Rect, Vec2, direction};
-use crate::math;
-
-/// Two shapes touch where they overlap by more than this, m: shapes that share an edge do not touch,
-/// whatever the rounding of their coordinates.
-pub(super) const SLACK_M: f64 = 1e-9;
-
-/// Outline of an obstacle about its own origin.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
-    /// A disc.
-    Disc {
-        /// Radius, m.
-        radius_m: f64,
-    },
-    /// A rectangle, half its sides along its own x and y.
-    Rectangle {
-        /// Half of the two sides, m.
-        half_m: Vec2,
-    },
-}
-
-impl Shape {
-    /// Radius of the smallest disc about the origin that holds the shape, m.
-    pub fn circumradius_m(&self) -> f64 {
-        match *self {
-            Self::Disc { radius_m } => radius_m,
-            Self::Rectangle { half_m } => half_m.norm(),
-        }
-    }
-}
+pub use crate::geometry::outline::{Body, Outline, Shape};
+pub(super) use crate::geometry::outline::{Hit, SLACK_M};
+use crate::geometry::{Pose, Rect, Vec2};
 
 impl From<&ShapeChoice> for Shape {
     fn from(choice: &ShapeChoice) -> Self {
@@ -43,24 +15,23 @@ impl From<&ShapeChoice> for Shape {
                 let [a, b] = rectangle.size_m.map(|side| 0.5 * side.get());
                 Self::Rectangle { half_m: Vec2::new(a, b) }
             }
+            ShapeChoice::polygon(polygon) => Self::Polygon(polygon.corners.polygon().clone()),
         }
     }
 }
 
 /// An obstacle that stands still and is not on the known map.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct UnknownStatic {
     pose: Pose,
-    shape: Shape,
-    /// Direction of the shape's own x axis, kept because distances need it every tick.
-    axis: Vec2,
+    outline: Outline,
     present: bool,
 }
 
 impl UnknownStatic {
     /// The obstacle of that shape with its centre at `pose` (grid frame).
     pub fn new(pose: Pose, shape: Shape) -> Self {
-        Self { pose, shape, axis: direction(pose.theta), present: true }
+        Self { pose, outline: Outline::new(shape, pose.theta), present: true }
     }
 
     /// Pose of the centre, grid frame.
@@ -68,15 +39,25 @@ impl UnknownStatic {
         self.pose
     }
 
-    /// The outline.
-    pub fn shape(&self) -> Shape {
-        self.shape
+    /// The outline, about that pose's position.
+    pub fn outline(&self) -> &Outline {
+        &self.outline
+    }
+
+    /// The shape.
+    pub fn shape(&self) -> &Shape {
+        self.outline.shape()
     }
 
     /// The same obstacle, there or not.
     #[must_use]
     pub fn with_presence(self, present: bool) -> Self {
         Self { present, ..self }
+    }
+
+    /// Puts it there or takes it away.
+    pub(super) fn set_presence(&mut self, present: bool) {
+        self.present = present;
     }
 
     /// Whether it is there; one that is not is in nobody's way.
@@ -86,86 +67,39 @@ impl UnknownStatic {
 
     /// Signed distance from the point `p` (grid frame) to the outline, m: negative inside; infinite while it is away.
     pub fn distance_m(&self, p: Vec2) -> f64 {
-        if !self.present {
-            return f64::INFINITY;
-        }
-        match self.shape {
-            Shape::Disc { radius_m } => (p - self.pose.position).norm() - radius_m,
-            Shape::Rectangle { half_m } => centred(half_m).signed_distance(self.in_own_frame(p - self.pose.position)),
-        }
+        if self.present { self.outline.distance_m(self.pose.position, p) } else { f64::INFINITY }
+    }
+
+    /// Signed distance between a body and the outline, m: negative where they overlap; infinite while it is away.
+    pub fn gap_m(&self, body: &Body) -> f64 {
+        if self.present { self.outline.gap_m(self.pose.position, body) } else { f64::INFINITY }
     }
 
     /// The smallest axis-aligned rectangle around the obstacle, grid frame.
     pub fn bounds(&self) -> Rect {
-        let reach = match self.shape {
-            Shape::Disc { radius_m } => Vec2::new(radius_m, radius_m),
-            Shape::Rectangle { half_m } => {
-                let (cos, sin) = (self.axis.x.abs(), self.axis.y.abs());
-                Vec2::new(cos * half_m.x + sin * half_m.y, sin * half_m.x + cos * half_m.y)
-            }
-        };
-        Rect { min: self.pose.position - reach, max: self.pose.position + reach }
+        self.outline.bounds(self.pose.position)
     }
 
-    /// Whether the obstacle and the square (or rectangle) `square` overlap, by more than a nanometre: sharing an
-    /// edge or a corner is not touching, so that an obstacle of exactly one cell occupies one cell.
-    ///
-    /// Rectangles by the separating axes of both.
+    /// Whether the obstacle and the square (or rectangle) `square` overlap, see [`Outline::touches`].
     pub fn touches(&self, square: Rect) -> bool {
-        match self.shape {
-            Shape::Disc { radius_m } => square.signed_distance(self.pose.position) < radius_m - SLACK_M,
-            Shape::Rectangle { half_m } => {
-                let square_half = 0.5 * (square.max - square.min);
-                let offset = 0.5 * (square.max + square.min) - self.pose.position;
-                let (cos, sin) = (self.axis.x.abs(), self.axis.y.abs());
-                let own = self.in_own_frame(offset);
-                // Along each axis: the centres' distance against the sum of the two reaches.
-                let overlaps = |distance: f64, reach: f64| distance.abs() < reach - SLACK_M;
-                overlaps(offset.x, square_half.x + cos * half_m.x + sin * half_m.y)
-                    && overlaps(offset.y, square_half.y + sin * half_m.x + cos * half_m.y)
-                    && overlaps(own.x, half_m.x + cos * square_half.x + sin * square_half.y)
-                    && overlaps(own.y, half_m.y + sin * square_half.x + cos * square_half.y)
-            }
-        }
+        self.outline.touches(self.pose.position, square)
     }
 
-    /// First contact of a disc that moves from `p` with `velocity`: see [`sweep_disc_rect`].
-    pub(super) fn sweep_disc(&self, p: Vec2, velocity: Vec2, radius_m: f64) -> Option<Hit> {
-        if !self.present {
-            return None;
-        }
-        match self.shape {
-            Shape::Disc { radius_m: own } => sweep_point_disc(p, velocity, self.pose.position, own + radius_m),
-            Shape::Rectangle { half_m } => {
-                let (own, own_velocity) = (self.in_own_frame(p - self.pose.position), self.in_own_frame(velocity));
-                let hit = sweep_disc_rect(own, own_velocity, radius_m, centred(half_m))?;
-                Some(Hit { normal: self.out_of_own_frame(hit.normal), ..hit })
-            }
-        }
-    }
-
-    pub(super) fn in_own_frame(self, d: Vec2) -> Vec2 {
-        Vec2::new(self.axis.x * d.x + self.axis.y * d.y, self.axis.x * d.y - self.axis.y * d.x)
-    }
-
-    pub(super) fn out_of_own_frame(self, d: Vec2) -> Vec2 {
-        Vec2::new(self.axis.x * d.x - self.axis.y * d.y, self.axis.y * d.x + self.axis.x * d.y)
+    /// First contact of an outline that moves from `p` with `velocity`.
+    pub(super) fn sweep(&self, moving: &Outline, p: Vec2, velocity: Vec2) -> Option<Hit> {
+        if self.present { self.outline.sweep(self.pose.position, moving, p, velocity) } else { None }
     }
 }
 
-fn centred(half: Vec2) -> Rect {
-    Rect { min: -half, max: half }
-}
-
-/// A moving obstacle: a disc.
+/// A moving obstacle. Its outline keeps its heading: it moves, but does not turn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mover {
     /// Centre, grid frame, m.
     pub position: Vec2,
     /// Velocity at this moment, m/s; zero while it yields or after it has stopped.
     pub velocity: Vec2,
-    /// Radius, m.
-    pub radius_m: f64,
+    /// Its outline.
+    pub outline: Outline,
     /// What it does at a static obstacle or the map's edge.
     pub on_static: OnStatic,
     /// What it does about the robot.
@@ -179,111 +113,42 @@ pub struct Mover {
 }
 
 impl Mover {
-    /// A mover that bounces off statics and ignores the robot.
+    /// A disc that bounces off statics and ignores the robot.
     pub fn new(position: Vec2, velocity: Vec2, radius_m: f64) -> Self {
+        Self::with_outline(position, velocity, Outline::disc(radius_m))
+    }
+
+    /// A mover of any outline that bounces off statics and ignores the robot.
+    pub fn with_outline(position: Vec2, velocity: Vec2, outline: Outline) -> Self {
         let (on_static, on_robot) = (OnStatic::Reflect, OnRobot::Ignore);
         let (motion, present) = (Motion::Uniform, true);
-        Self { position, velocity, radius_m, on_static, on_robot, yield_distance_m: 1.0, motion, present }
+        Self { position, velocity, outline, on_static, on_robot, yield_distance_m: 1.0, motion, present }
     }
-}
 
-/// First contact of a moving disc.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Hit {
-    /// When, s.
-    pub(super) time_s: f64,
-    /// Unit vector from the obstacle's surface to the disc's centre.
-    pub(super) normal: Vec2,
-}
+    /// Radius of the smallest disc about its centre that holds it, m.
+    pub fn radius_m(&self) -> f64 {
+        self.outline.circumradius_m()
+    }
 
-/// First contact of a disc of `radius` that moves from `p` with `velocity`, with a rectangle.
-///
-/// Closed form: the point `p` against the four faces, moved out by the radius, and the four corners as
-/// discs. At time 0 where they touch already and approach; `None` where they part or never meet.
-pub(super) fn sweep_disc_rect(p: Vec2, velocity: Vec2, radius: f64, rect: Rect) -> Option<Hit> {
-    if rect.signed_distance(p) <= radius {
-        let normal = outward_normal(p, rect);
-        return (velocity.dot(&normal) < 0.0).then_some(Hit { time_s: 0.0, normal });
+    /// The point of its outline that is nearest to `p`; `p` itself inside.
+    pub(super) fn nearest_point(&self, p: Vec2) -> Vec2 {
+        self.outline.nearest_point(self.position, p)
     }
-    let mut first: Option<Hit> = None;
-    let mut keep = |hit: Hit| {
-        if first.is_none_or(|best| hit.time_s < best.time_s) {
-            first = Some(hit);
-        }
-    };
-    for axis in [0, 1] {
-        if velocity[axis] == 0.0 {
-            continue;
-        }
-        let (face, sign) =
-            if velocity[axis] > 0.0 { (rect.min[axis] - radius, -1.0) } else { (rect.max[axis] + radius, 1.0) };
-        let time_s = (face - p[axis]) / velocity[axis];
-        let other = 1 - axis;
-        let along = p[other] + velocity[other] * time_s;
-        if time_s >= 0.0 && along >= rect.min[other] && along <= rect.max[other] {
-            let mut normal = Vec2::zeros();
-            normal[axis] = sign;
-            keep(Hit { time_s, normal });
-        }
-    }
-    for corner in [rect.min, Vec2::new(rect.max.x, rect.min.y), rect.max, Vec2::new(rect.min.x, rect.max.y)] {
-        if let Some(hit) = sweep_point_disc(p, velocity, corner, radius) {
-            keep(hit);
-        }
-    }
-    first
-}
 
-/// First contact of a point that moves from `p` with `velocity`, with the disc of `radius` about `centre`.
-pub(super) fn sweep_point_disc(p: Vec2, velocity: Vec2, centre: Vec2, radius: f64) -> Option<Hit> {
-    let d = p - centre;
-    let approach = d.dot(&velocity);
-    if approach >= 0.0 {
-        return None;
+    /// Signed distance between a body and the mover with its centre at `position`, m: negative where they overlap.
+    pub fn gap_m(&self, position: Vec2, body: &Body) -> f64 {
+        self.outline.gap_m(position, body)
     }
-    let beyond = d.norm_squared() - radius * radius;
-    let time_s = if beyond <= 0.0 {
-        0.0
-    } else {
-        let discriminant = approach * approach - velocity.norm_squared() * beyond;
-        if discriminant < 0.0 {
-            return None;
-        }
-        // The form of the quadratic's smaller root that subtracts no like numbers.
-        beyond / (discriminant.sqrt() - approach)
-    };
-    let at = d + velocity * time_s;
-    Some(Hit { time_s, normal: at / at.norm() })
-}
-
-/// Unit vector from the nearest point of the rectangle's boundary to `p`, pointing outwards also from inside.
-fn outward_normal(p: Vec2, rect: Rect) -> Vec2 {
-    let nearest = Vec2::new(math::clamp(p.x, rect.min.x, rect.max.x), math::clamp(p.y, rect.min.y, rect.max.y));
-    let d = p - nearest;
-    let distance = d.norm();
-    if distance > 0.0 {
-        return d / distance;
-    }
-    let depths = [
-        (p.x - rect.min.x, Vec2::new(-1.0, 0.0)),
-        (rect.max.x - p.x, Vec2::new(1.0, 0.0)),
-        (p.y - rect.min.y, Vec2::new(0.0, -1.0)),
-        (rect.max.y - p.y, Vec2::new(0.0, 1.0)),
-    ];
-    let mut best = depths[0];
-    for depth in depths {
-        if depth.0 < best.0 {
-            best = depth;
-        }
-    }
-    best.1
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::convex::Polygon;
+    use crate::geometry::direction;
     use crate::rng::{EpisodeSeed, Purpose, Stream};
     use rapier2d::parry::query;
+    use rapier2d::parry::shape::ConvexPolygon;
     use rapier2d::prelude::{Ball, Cuboid, Pose as RapierPose, Vector};
 
     fn stream(seed: u64) -> Stream {
@@ -292,10 +157,10 @@ mod tests {
 
     fn random_obstacle(stream: &mut Stream) -> UnknownStatic {
         let pose = Pose::new(stream.range(-2.0, 2.0), stream.range(-2.0, 2.0), stream.range(-4.0, 4.0));
-        let shape = if stream.uniform() < 0.3 {
-            Shape::Disc { radius_m: stream.range(0.05, 1.0) }
-        } else {
-            Shape::Rectangle { half_m: Vec2::new(stream.range(0.05, 1.5), stream.range(0.05, 1.0)) }
+        let shape = match stream.index(3) {
+            0 => Shape::Disc { radius_m: stream.range(0.05, 1.0) },
+            1 => Shape::Rectangle { half_m: Vec2::new(stream.range(0.05, 1.5), stream.range(0.05, 1.0)) },
+            _ => Shape::Polygon(random_polygon(stream)),
         };
         UnknownStatic::new(pose, shape)
     }
@@ -304,10 +169,22 @@ mod tests {
         RapierPose::new(Vector::new(pose.position.x as f32, pose.position.y as f32), pose.theta as f32)
     }
 
-    fn parry_shape(shape: Shape) -> Box<dyn rapier2d::parry::shape::Shape> {
+    /// A wedge with its tip ahead.
+    fn random_polygon(stream: &mut Stream) -> Polygon {
+        let (ahead, behind) = (stream.range(0.1, 1.5), stream.range(-1.0, -0.1));
+        let (left, right) = (stream.range(0.1, 1.0), stream.range(-1.0, -0.1));
+        let corners = [(ahead, 0.0), (0.0, left), (behind, 0.5 * left), (behind, right), (0.0, 1.1 * right)];
+        Polygon::new(&corners.map(|(x, y)| Vec2::new(x, y))).expect("convex")
+    }
+
+    fn parry_shape(shape: &Shape) -> Box<dyn rapier2d::parry::shape::Shape> {
         match shape {
-            Shape::Disc { radius_m } => Box::new(Ball::new(radius_m as f32)),
+            Shape::Disc { radius_m } => Box::new(Ball::new(*radius_m as f32)),
             Shape::Rectangle { half_m } => Box::new(Cuboid::new(Vector::new(half_m.x as f32, half_m.y as f32))),
+            Shape::Polygon(polygon) => {
+                let corners = polygon.corners().iter().map(|c| Vector::new(c.x as f32, c.y as f32)).collect();
+                Box::new(ConvexPolygon::from_convex_polyline_unmodified(corners).expect("convex"))
+            }
         }
     }
 
@@ -379,7 +256,7 @@ mod tests {
                 continue;
             }
             let gap = |t: f64| obstacle.distance_m(p + velocity * t) - radius;
-            let hit = obstacle.sweep_disc(p, velocity, radius);
+            let hit = obstacle.sweep(&Outline::disc(radius), p, velocity);
             let until = hit.map_or(3.0, |hit| hit.time_s);
             for k in 0..300 {
                 let t = until * f64::from(k) / 300.0;

@@ -2,7 +2,6 @@
 
 use super::DT_S;
 use super::obstacle::{Mover, UnknownStatic};
-use super::ray::cast_ray_disc;
 use super::spec::{Conditions, LidarSpec, LocalisationSpec, SensingSpec};
 use super::statics::Statics;
 use crate::geometry::{Pose, Vec2, direction, wrap_angle};
@@ -111,7 +110,7 @@ impl Surroundings<'_> {
         }
         for (index, mover) in self.movers.iter().enumerate() {
             if except != Some(unknown.len() + index) && mover.present {
-                first_m = math::min(first_m, cast_ray_disc(from, unit, mover.position, mover.radius_m));
+                first_m = math::min(first_m, mover.outline.cast_ray(mover.position, from, unit));
             }
         }
         first_m

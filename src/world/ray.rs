@@ -1,8 +1,8 @@
 //! Rays: how far one sees in a direction.
 
-use super::obstacle::{Shape, UnknownStatic};
+use super::obstacle::UnknownStatic;
 use super::statics::StaticMap;
-use crate::geometry::{Rect, Vec2};
+use crate::geometry::Vec2;
 use crate::math;
 
 impl StaticMap {
@@ -45,68 +45,18 @@ impl StaticMap {
 impl UnknownStatic {
     /// Distance along a ray to the obstacle, m: 0 inside it, infinity where the ray misses it or it is away.
     pub(super) fn cast_ray(&self, from: Vec2, unit: Vec2) -> f64 {
-        if !self.is_present() {
-            return f64::INFINITY;
-        }
-        match self.shape() {
-            Shape::Disc { radius_m } => cast_ray_disc(from, unit, self.pose().position, radius_m),
-            Shape::Rectangle { half_m } => {
-                let (from, unit) = (self.in_own_frame(from - self.pose().position), self.in_own_frame(unit));
-                cast_ray_rect(from, unit, Rect { min: -half_m, max: half_m })
-            }
-        }
+        if self.is_present() { self.outline().cast_ray(self.pose().position, from, unit) } else { f64::INFINITY }
     }
 
     /// The point of the outline that is nearest to `p`; `p` itself inside.
     pub(super) fn nearest_point(&self, p: Vec2) -> Vec2 {
-        let offset = p - self.pose().position;
-        match self.shape() {
-            Shape::Disc { radius_m } => {
-                let away_m = offset.norm();
-                if away_m <= radius_m { p } else { self.pose().position + offset * (radius_m / away_m) }
-            }
-            Shape::Rectangle { half_m } => {
-                let own = self.in_own_frame(offset);
-                let nearest =
-                    Vec2::new(math::clamp(own.x, -half_m.x, half_m.x), math::clamp(own.y, -half_m.y, half_m.y));
-                self.pose().position + self.out_of_own_frame(nearest)
-            }
-        }
+        self.outline().nearest_point(self.pose().position, p)
     }
-}
-
-/// Distance along a ray to a disc, m: 0 inside it, infinity where the ray misses it.
-pub(super) fn cast_ray_disc(from: Vec2, unit: Vec2, centre: Vec2, radius_m: f64) -> f64 {
-    let d = from - centre;
-    let approach = d.dot(&unit);
-    let beyond = d.norm_squared() - radius_m * radius_m;
-    if beyond <= 0.0 {
-        return 0.0;
-    }
-    let discriminant = approach * approach - beyond;
-    // The form of the quadratic's smaller root that subtracts no like numbers.
-    if approach >= 0.0 || discriminant < 0.0 { f64::INFINITY } else { beyond / (discriminant.sqrt() - approach) }
-}
-
-/// Distance along a ray to an axis-aligned rectangle, m, by its two slabs.
-fn cast_ray_rect(from: Vec2, unit: Vec2, rect: Rect) -> f64 {
-    let (mut enters, mut leaves) = (0.0, f64::INFINITY);
-    for axis in [0, 1] {
-        if unit[axis] == 0.0 {
-            if from[axis] < rect.min[axis] || from[axis] > rect.max[axis] {
-                return f64::INFINITY;
-            }
-            continue;
-        }
-        let (a, b) = ((rect.min[axis] - from[axis]) / unit[axis], (rect.max[axis] - from[axis]) / unit[axis]);
-        enters = math::max(enters, math::min(a, b));
-        leaves = math::min(leaves, math::max(a, b));
-    }
-    if enters <= leaves { enters } else { f64::INFINITY }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::obstacle::Shape;
     use super::*;
     use crate::geometry::{Pose, direction};
     use crate::map::OccupancyGrid;

@@ -65,19 +65,23 @@ impl Scene {
             match obstacle.shape() {
                 Shape::Disc { radius_m } => {
                     digest.word(0);
-                    digest.real(radius_m);
+                    digest.real(*radius_m);
                 }
                 Shape::Rectangle { half_m } => {
                     digest.word(1);
-                    digest.point(half_m);
+                    digest.point(*half_m);
                 }
+                Shape::Polygon(polygon) => digest_of_corners(polygon.corners(), &mut digest),
             }
         }
         digest.word(self.movers.len() as u64);
         for mover in &self.movers {
             digest.point(mover.position);
             digest.point(mover.velocity);
-            digest.real(mover.radius_m);
+            digest.real(mover.radius_m());
+            if let Some(corners) = mover.outline.corners(Vec2::zeros()) {
+                digest_of_corners(&corners, &mut digest);
+            }
             digest.word(match mover.on_static {
                 OnStatic::Reflect => 0,
                 OnStatic::Pass => 1,
@@ -100,6 +104,12 @@ impl Scene {
     pub(super) fn statics(&self) -> Statics<'_> {
         Statics { map: &self.map, unknown: &self.unknown_static }
     }
+}
+
+fn digest_of_corners(corners: &[Vec2], digest: &mut Digest) {
+    digest.word(2);
+    digest.word(corners.len() as u64);
+    corners.iter().for_each(|&corner| digest.point(corner));
 }
 
 /// What the robot touched.

@@ -1,7 +1,8 @@
 //! What stands still: the known map with its edge, and the unknown statics of one scene.
 
-use super::obstacle::{Hit, UnknownStatic, sweep_disc_rect};
-use crate::geometry::{Rect, Vec2};
+use super::obstacle::{Body, Hit, Outline, UnknownStatic};
+use crate::geometry::outline::sweep_disc_rect;
+use crate::geometry::{Rect, Vec2, convex};
 use crate::map::{Cell, DistanceField, OccupancyGrid};
 use crate::math;
 use rapier2d::prelude::{Pose as RapierPose, SharedShape, Vector};
@@ -106,6 +107,70 @@ impl StaticMap {
     /// Distance from `p` (grid frame) to the nearest known obstacle or the map's edge, m, exact.
     pub fn distance_m(&self, p: Vec2) -> f64 {
         self.obstacle_distance_m(p, self.edge_distance_m(p))
+    }
+}
+
+impl StaticMap {
+    /// Signed distance between a body (grid frame) and the nearest known obstacle or the map's edge, m.
+    pub fn gap_m(&self, body: &Body) -> f64 {
+        match &body.corners {
+            None => self.distance_m(body.position) - body.radius_m,
+            Some(corners) => self.polygon_distance_m(corners, self.edge_gap_m(body)),
+        }
+    }
+
+    /// Signed distance between a body (grid frame) and the nearest known obstacle, m; infinite where there is none.
+    pub fn obstacle_gap_m(&self, body: &Body) -> f64 {
+        match &body.corners {
+            None => self.obstacle_distance_m(body.position, f64::INFINITY) - body.radius_m,
+            Some(corners) => self.polygon_distance_m(corners, f64::INFINITY),
+        }
+    }
+
+    /// Signed distance between a body (grid frame) and the map's edge, m: positive inside the map.
+    pub fn edge_gap_m(&self, body: &Body) -> f64 {
+        match &body.corners {
+            None => self.edge_distance_m(body.position) - body.radius_m,
+            Some(corners) => corners.iter().map(|&corner| self.edge_distance_m(corner)).fold(f64::INFINITY, math::min),
+        }
+    }
+
+    /// Signed distance from a convex polygon (grid frame) to the nearest occupied square, m; `cap` where it is not below
+    /// `cap`. Exact where they are apart; where several squares overlap, how deep it is in one of them.
+    ///
+    /// As [`Self::obstacle_distance_m`], row by row. In a row the distance is a convex function of the square's column, so the
+    /// nearest occupied columns to either side of its least are enough, and its least is where the polygon is nearest to the row.
+    fn polygon_distance_m(&self, corners: &[Vec2], cap: f64) -> f64 {
+        let (grid, bounds) = (&self.grid, convex::bounds(corners));
+        let side_m = grid.resolution_m();
+        let middle = 0.5 * (bounds.min + bounds.max);
+        let own = grid.cell_at(middle);
+        let mut best = cap;
+        let (mut up, mut down) = (own.row.max(0), own.row.min(grid.rows()) - 1);
+        loop {
+            let above = f64::from(up) * side_m - bounds.max.y;
+            let below = bounds.min.y - f64::from(down + 1) * side_m;
+            let go_up = up < grid.rows() && above < best;
+            let go_down = down >= 0 && below < best;
+            if !go_up && !go_down {
+                return best;
+            }
+            let rows = [go_up.then_some(up), go_down.then_some(down)];
+            for row in rows.into_iter().flatten() {
+                let y = math::clamp(middle.y, f64::from(row) * side_m, f64::from(row + 1) * side_m);
+                let p = convex::point_at_height(corners, y);
+                let col = grid.cell_at(p).col.clamp(0, grid.cols() - 1);
+                let index = grid.index(Cell { col, row });
+                for col in [self.left[index], self.right[index]] {
+                    if col != NONE {
+                        let square = convex::rectangle(grid.square(Cell { col: i32::from(col), row }));
+                        best = math::min(best, convex::distance(corners, &square));
+                    }
+                }
+            }
+            up += i32::from(go_up);
+            down -= i32::from(go_down);
+        }
     }
 }
 
@@ -240,13 +305,21 @@ pub(super) struct Statics<'a> {
 
 impl Statics<'_> {
     /// Distance from `p` to the nearest static obstacle or the map's edge, m.
+    #[cfg(test)]
     pub(super) fn distance_m(&self, p: Vec2) -> f64 {
         self.unknown.iter().fold(self.map.distance_m(p), |best, obstacle| math::min(best, obstacle.distance_m(p)))
     }
 
-    /// First contact within `duration_s` of a disc that moves from `p` with `velocity`; ties go to the known map's
+    /// Signed distance from an outline about `p` to the nearest static obstacle or the map's edge, m.
+    pub(super) fn gap_m(&self, outline: &Outline, p: Vec2) -> f64 {
+        let body = Body { position: p, radius_m: outline.circumradius_m(), corners: outline.corners(p) };
+        self.unknown.iter().fold(self.map.gap_m(&body), |best, obstacle| math::min(best, obstacle.gap_m(&body)))
+    }
+
+    /// First contact within `duration_s` of an outline that moves from `p` with `velocity`; ties go to the known map's
     /// cells in row order, then to its edge, then to unknown statics in order.
-    pub(super) fn sweep_disc(&self, p: Vec2, velocity: Vec2, radius_m: f64, duration_s: f64) -> Option<Hit> {
+    pub(super) fn sweep(&self, outline: &Outline, p: Vec2, velocity: Vec2, duration_s: f64) -> Option<Hit> {
+        let radius_m = outline.circumradius_m();
         let mut first: Option<Hit> = None;
         let mut keep = |hit: Option<Hit>| {
             if let Some(hit) = hit
@@ -261,22 +334,28 @@ impl Statics<'_> {
         if self.map.distance_m(p) <= reach {
             let end = p + velocity * duration_s;
             let margin = Vec2::new(radius_m, radius_m);
+            let corners = outline.corners(p);
             let low = grid.cell_at(Vec2::new(math::min(p.x, end.x), math::min(p.y, end.y)) - margin);
             let high = grid.cell_at(Vec2::new(math::max(p.x, end.x), math::max(p.y, end.y)) + margin);
             for row in low.row.max(0)..=high.row.min(grid.rows() - 1) {
                 for col in low.col.max(0)..=high.col.min(grid.cols() - 1) {
                     let cell = Cell { col, row };
                     if !grid.is_free(cell) {
-                        keep(sweep_disc_rect(p, velocity, radius_m, grid.square(cell)));
+                        let square = grid.square(cell);
+                        keep(match &corners {
+                            None => sweep_disc_rect(p, velocity, radius_m, square),
+                            Some(corners) => convex::sweep(corners, velocity, &convex::rectangle(square)),
+                        });
                     }
                 }
             }
             let extent = grid.extent_m();
             for axis in [0, 1] {
-                let (gap, sign) = if velocity[axis] < 0.0 {
-                    (p[axis] - radius_m, 1.0)
-                } else {
-                    (extent[axis] - radius_m - p[axis], -1.0)
+                let (gap, sign) = match (&corners, velocity[axis] < 0.0) {
+                    (None, true) => (p[axis] - radius_m, 1.0),
+                    (None, false) => (extent[axis] - radius_m - p[axis], -1.0),
+                    (Some(corners), true) => (convex::bounds(corners).min[axis], 1.0),
+                    (Some(corners), false) => (extent[axis] - convex::bounds(corners).max[axis], -1.0),
                 };
                 if velocity[axis] != 0.0 {
                     let mut normal = Vec2::zeros();
@@ -287,7 +366,7 @@ impl Statics<'_> {
         }
         for obstacle in self.unknown {
             if (p - obstacle.pose().position).norm() <= reach + obstacle.shape().circumradius_m() {
-                keep(obstacle.sweep_disc(p, velocity, radius_m));
+                keep(obstacle.sweep(outline, p, velocity));
             }
         }
         first

@@ -334,7 +334,8 @@ fn mark_stops(words: &mut [Word], per_line: usize) {
     for line in 1..(words.len() / per_line).saturating_sub(1) {
         for at in line * per_line..(line + 1) * per_line {
             // Free with a blocked cell before it. Beyond the ends of a line lies the blocked end of another.
-            let forced_up = |at: usize| free(words, at) & !(free(words, at) << 1 | free(words, at.wrapping_sub(1)) >> (WORD - 1));
+            let forced_up =
+                |at: usize| free(words, at) & !(free(words, at) << 1 | free(words, at.wrapping_sub(1)) >> (WORD - 1));
             let forced_down = |at: usize| free(words, at) & !(free(words, at) >> 1 | free(words, at + 1) << (WORD - 1));
             let blocked = !words[at].free;
             let stops_up = blocked | forced_up(at - per_line) | forced_up(at + per_line);

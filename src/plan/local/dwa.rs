@@ -389,8 +389,7 @@ mod tests {
     /// A mover that crosses 4 m ahead, so that it and a robot that does not yield meet.
     fn crossing() -> Course {
         let mut course = Course::open(Pose::new(10.0, 20.0, 0.0), Vec2::new(20.0, 20.0));
-        course.movers =
-            vec![SensedObstacle { position: Vec2::new(14.0, 25.2), velocity: Vec2::new(0.0, -1.0), radius_m: 0.3 }];
+        course.movers = vec![SensedObstacle::disc(Vec2::new(14.0, 25.2), Vec2::new(0.0, -1.0), 0.3)];
         course
     }
 

@@ -261,7 +261,7 @@ mod tests {
             let robot = Robot::default();
             let mut point = || Vec2::new(stream.range(1.0, 19.0), stream.range(1.0, 19.0));
             let (start, previous_node, goal) = (point(), point(), point());
-            let mover = SensedObstacle { position: point(), velocity: 0.1 * (point() - point()), radius_m: 0.3 };
+            let mover = SensedObstacle::disc(point(), 0.1 * (point() - point()), 0.3);
             let pose = Pose::new(start.x, start.y, stream.range(-3.0, 3.0));
             let twist = Twist { v: stream.uniform(), omega: stream.range(-1.0, 1.0) };
             let path = Path::polyline(&[start, goal]);
@@ -315,8 +315,7 @@ mod tests {
     #[test]
     fn it_gives_way_to_a_crossing_mover_unless_prediction_is_off() {
         let mut course = Course::open(Pose::new(10.0, 20.0, 0.0), Vec2::new(20.0, 20.0));
-        course.movers =
-            vec![SensedObstacle { position: Vec2::new(14.0, 25.2), velocity: Vec2::new(0.0, -1.0), radius_m: 0.3 }];
+        course.movers = vec![SensedObstacle::disc(Vec2::new(14.0, 25.2), Vec2::new(0.0, -1.0), 0.3)];
         let predicting = drive(&course, &Params::default(), 400);
         assert!(predicting.arrived && predicting.clearance_m > 0.0, "{}", predicting.clearance_m);
         let frozen = drive(&course, &Params { predict_dynamic: false, ..Params::default() }, 400);

@@ -213,7 +213,7 @@ pub(crate) mod tests {
                 nearest = math::min(nearest, self.grid.square(self.grid.cell(index)).signed_distance(p));
             }
             for mover in movers {
-                nearest = math::min(nearest, (p - mover.position).norm() - mover.radius_m);
+                nearest = math::min(nearest, (p - mover.position).norm() - mover.radius_m());
             }
             nearest - self.robot.radius_m
         }

@@ -81,7 +81,7 @@ pub mod shape {
 
     choice! {
         /// The outline of an obstacle.
-        pub enum ShapeChoice: "shape" { disc, rectangle }
+        pub enum ShapeChoice: "shape" { disc, rectangle, polygon }
     }
 
     impl Default for ShapeChoice {
@@ -113,6 +113,20 @@ pub mod shape {
         pub struct Params {
             /// Sides along the rectangle's own x and y, m.
             pub size_m: [Positive; 2],
+        }
+    }
+
+    /// A convex polygon about its own centre.
+    pub mod polygon {
+        use super::*;
+        use crate::robot::OutlineCorners;
+
+        /// Parameters of a polygon.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct Params {
+            /// Corners [x, y] in its own frame, m, in order; [0, 0] lies inside.
+            pub corners: OutlineCorners,
         }
     }
 }

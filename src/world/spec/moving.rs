@@ -1,8 +1,10 @@
-//! Obstacles that move: discs.
+//! Obstacles that move: discs, or convex outlines that keep their heading.
 
 use super::*;
 use crate::quantity::{CountOrZero, Fraction};
+use crate::robot::OutlineCorners;
 use std::path::PathBuf;
+
 choice! {
     /// A moving obstacle.
     pub enum MovingChoice: "kind of moving obstacle" { fixed, random, crossing, patrol, replay }
@@ -109,6 +111,9 @@ pub mod fixed {
         /// Radius of the disc, m. Default: 0.3.
         #[serde(default = "radius_default")]
         pub radius_m: Positive,
+        /// A convex outline in place of the disc: corners [x, y], m, x along its heading at first, which it keeps. Default: none.
+        #[serde(default)]
+        pub footprint: Option<OutlineCorners>,
         /// At a wall, an unknown static or the map's edge. Default: reflect.
         #[serde(default)]
         pub on_static: OnStatic,
@@ -136,6 +141,8 @@ pub mod random {
         pub count: CountOrZero,
         /// Radius of the disc, m. Default: 0.3.
         pub radius_m: Positive,
+        /// A convex outline in place of the disc: corners [x, y], m, x along its way at first; it keeps that heading. Default: none.
+        pub footprint: Option<OutlineCorners>,
         /// Range [lowest, highest] from which the speed is drawn, m/s. Default: [0.5, 1].
         pub speed_mps: [NonNegative; 2],
         /// Which way they set out. Default: any.
@@ -157,6 +164,7 @@ pub mod random {
             Self {
                 count: CountOrZero::new(1),
                 radius_m: radius_default(),
+                footprint: None,
                 speed_mps: [NonNegative::new(0.5), NonNegative::new(1.0)],
                 heading: Heading::default(),
                 motion: MotionChoice::default(),
@@ -185,6 +193,8 @@ pub mod crossing {
         pub count: CountOrZero,
         /// Radius of the disc, m. Default: 0.3.
         pub radius_m: Positive,
+        /// A convex outline in place of the disc: corners [x, y], m, x along its way at first; it keeps that heading. Default: none.
+        pub footprint: Option<OutlineCorners>,
         /// Range [lowest, highest] from which the speed is drawn, m/s. Default: [0.5, 1].
         pub speed_mps: [NonNegative; 2],
         /// Part of the route's length from which the crossing is drawn: 0 is the start, 1 the goal. Default: [0.3, 0.8].
@@ -210,6 +220,7 @@ pub mod crossing {
             Self {
                 count: CountOrZero::new(1),
                 radius_m: radius_default(),
+                footprint: None,
                 speed_mps: [NonNegative::new(0.5), NonNegative::new(1.0)],
                 share: [Fraction::new(0.3), Fraction::new(0.8)],
                 robot_speed_mps: Positive::new(0.5),
@@ -246,6 +257,9 @@ pub mod patrol {
         /// Radius of the disc, m. Default: 0.3.
         #[serde(default = "radius_default")]
         pub radius_m: Positive,
+        /// A convex outline in place of the disc: corners [x, y], m, x along the first leg; it keeps that heading. Default: none.
+        #[serde(default)]
+        pub footprint: Option<OutlineCorners>,
         /// Where a static obstacle is in its way: `stop` waits there, `pass` goes through. Default: stop.
         #[serde(default = "stop")]
         pub on_static: OnStatic,

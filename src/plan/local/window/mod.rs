@@ -521,14 +521,16 @@ impl DynamicWindow {
         for obstacle in observation.obstacles {
             let velocity = if self.settings.predict_dynamic { obstacle.velocity } else { Vec2::zeros() };
             let offset = obstacle.position - observation.pose.position;
-            let touch_m = robot.radius_m + obstacle.radius_m;
-            if offset.norm() <= reach_m + velocity.norm() * horizon_s + touch_m + cap_m {
-                let lattice = |v: Vec2| [(v.x / pitch_m) as f32, (v.y / pitch_m) as f32];
-                self.discs.push(Disc {
-                    position: lattice(offset),
-                    step: lattice(velocity * dt_s),
-                    touch: (touch_m / pitch_m) as f32,
-                });
+            let lattice = |v: Vec2| [(v.x / pitch_m) as f32, (v.y / pitch_m) as f32];
+            for (centre, radius_m) in obstacle.outline.cover() {
+                let (offset, touch_m) = (offset + centre, robot.radius_m + radius_m);
+                if offset.norm() <= reach_m + velocity.norm() * horizon_s + touch_m + cap_m {
+                    self.discs.push(Disc {
+                        position: lattice(offset),
+                        step: lattice(velocity * dt_s),
+                        touch: (touch_m / pitch_m) as f32,
+                    });
+                }
             }
         }
     }

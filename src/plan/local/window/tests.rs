@@ -101,9 +101,7 @@ fn random_world(stream: &mut Stream) -> (Belief, Vec<SensedObstacle>, Pose, Twis
     }
     let mut point = |low: f64, high: f64| Vec2::new(stream.range(low, high), stream.range(low, high));
     let pose = Pose { position: point(2.0, 14.0), theta: 0.0 };
-    let movers = (0..3)
-        .map(|_| SensedObstacle { position: point(0.0, 16.0), velocity: point(-1.0, 1.0), radius_m: 0.3 })
-        .collect();
+    let movers = (0..3).map(|_| SensedObstacle::disc(point(0.0, 16.0), point(-1.0, 1.0), 0.3)).collect();
     let pose = Pose { theta: stream.range(-3.1, 3.1), ..pose };
     (belief(&grid), movers, pose, Twist { v: stream.range(0.0, 1.0), omega: stream.range(-1.0, 1.0) })
 }
@@ -125,7 +123,7 @@ fn clearances_and_contacts_agree_with_brute_force() {
     for case in 0..120 {
         let (belief, movers, pose, twist) = random_world(&mut stream);
         let predict_dynamic = case % 2 == 0;
-        let near = |m: &SensedObstacle| (m.position - pose.position).norm() < m.radius_m + robot.radius_m + 0.1;
+        let near = |m: &SensedObstacle| (m.position - pose.position).norm() < m.radius_m() + robot.radius_m + 0.1;
         if static_distance_m(belief.grid(), pose.position) < robot.radius_m + 0.03 || movers.iter().any(near) {
             continue; // a start in contact has rules of its own
         }
@@ -149,7 +147,7 @@ fn clearances_and_contacts_agree_with_brute_force() {
                     let at_static = static_distance_m(belief.grid(), p) - robot.radius_m;
                     let at_mover = movers
                         .iter()
-                        .map(|m| (p - m.position - m.velocity * t).norm() - m.radius_m - robot.radius_m)
+                        .map(|m| (p - m.position - m.velocity * t).norm() - m.radius_m() - robot.radius_m)
                         .fold(f64::INFINITY, math::min);
                     if step > 0 {
                         // A rollout counts from its first predicted pose on, not from where the robot is.
