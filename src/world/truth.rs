@@ -606,7 +606,7 @@ mod tests {
         least
     }
 
-    /// Distance from a polygon to everything in the scene; 0 where it touches. Discs are polygons of 720 corners.
+    /// Distance from a polygon to everything in the scene; 0 where it touches. Discs are polygons of 240 corners.
     fn plain_gap_m(scene: &Scene, corners: &[Vec2], time_s: f64) -> f64 {
         let grid = &scene.map.grid;
         let extent = grid.extent_m();
@@ -621,7 +621,7 @@ mod tests {
         let mut against = |shape: &Shape, position: Vec2, theta: f64| {
             let shape: Vec<Vec2> = match shape {
                 Shape::Disc { radius_m } => {
-                    (0..720).map(|k| *radius_m * direction(math::TAU * f64::from(k) / 720.0)).collect()
+                    (0..240).map(|k| *radius_m * direction(math::TAU * f64::from(k) / 240.0)).collect()
                 }
                 Shape::Rectangle { half_m } => [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
                     .map(|(a, b)| Vec2::new(a * half_m.x, b * half_m.y))
@@ -651,9 +651,14 @@ mod tests {
     #[test]
     fn the_verdict_on_polygons_equals_dense_sampling_of_plain_geometry() {
         let (mut ticks, mut contacts) = (0, [0; 4]);
-        for episode in 0..400 {
+        for episode in 0..540 {
             let mut stream = EpisodeSeed { seed: 17, episode }.stream(Purpose::Planner, 0);
             let Some(mut scene) = random_scene(&mut stream) else { continue };
+            if episode % 3 != 0 {
+                let (cols, rows, side_m) =
+                    (scene.map.grid.cols(), scene.map.grid.rows(), scene.map.grid.resolution_m());
+                scene.map = Arc::new(StaticMap::new(OccupancyGrid::empty(cols, rows, side_m)));
+            }
             let pose = scene.unknown_static[1].pose();
             scene.unknown_static[1] = UnknownStatic::new(pose, Shape::Polygon(wedge(&mut stream, 0.5)));
             let outline = Outline::new(Shape::Polygon(wedge(&mut stream, 0.4)), stream.range(-3.0, 3.0));
@@ -677,26 +682,26 @@ mod tests {
                 let end_s = step.contact.map_or(DT_S, |contact| contact.time_s);
                 let at =
                     |t: f64| Pose { position: on_arc(before, command, t), theta: before.theta + command.omega * t };
-                for k in 0..=40 {
-                    let t = end_s * f64::from(k) / 40.0;
+                for k in 0..=20 {
+                    let t = end_s * f64::from(k) / 20.0;
                     assert!(
                         plain_gap_m(&scene, &corners(&shrunk, at(t)), began_s + t) > 0.0,
                         "a contact of a millimetre was missed in episode {episode}"
                     );
                     let gap = plain_gap_m(&scene, &corners(polygon, at(t)), began_s + t);
-                    // A disc of 720 corners reaches 6 µm less far.
-                    assert!(step.clearance_low_m <= gap + 1e-5, "{step:?} claims more than {gap}");
+                    // A disc of 240 corners reaches 0.05 mm less far.
+                    assert!(step.clearance_low_m <= gap + 6e-5, "{step:?} claims more than {gap}");
                 }
                 let gap = plain_gap_m(&scene, &corners(polygon, at(end_s)), began_s + end_s);
                 if let Some(contact) = step.contact {
                     contacts[KINDS.iter().position(|&kind| kind == contact.with).unwrap()] += 1;
-                    assert!(gap < 1e-5 && step.clearance_m < 0.0 && step.clearance_m > -1e-6, "{gap} {step:?}");
+                    assert!(gap < 6e-5 && step.clearance_m < 0.0 && step.clearance_m > -1e-6, "{gap} {step:?}");
                     break;
                 }
-                assert!((gap - math::max(step.clearance_m, 0.0)).abs() < 1e-5, "{gap} {step:?}");
+                assert!((gap - math::max(step.clearance_m, 0.0)).abs() < 6e-5, "{gap} {step:?}");
             }
         }
-        assert!(ticks > 300 && contacts.iter().all(|&count| count > 5), "{ticks} ticks, {contacts:?}");
+        assert!(ticks > 1000 && contacts.iter().all(|&count| count > 2), "{ticks} ticks, {contacts:?}");
     }
 
     #[test]
