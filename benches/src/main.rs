@@ -9,8 +9,11 @@
 //! counts is the median of the ratios, pair by pair. Rows that need maps of the MovingAI benchmarks take them from
 //! `--benchmarks` and say so where they are missing.
 
+mod decision;
+mod floor;
 mod measure;
 mod scenes;
+mod tick;
 
 use clap::Parser;
 use measure::{Pair, Spread};
@@ -93,10 +96,16 @@ impl Line {
             counts: counts.into(),
         }
     }
+
+    /// A line without another side, from calls that do `units` units of work each.
+    pub fn alone(input: impl Into<String>, time: Spread, units: f64, counts: impl Into<String>) -> Self {
+        let ours = Spread { median: time.median / units, min: time.min / units, max: time.max / units };
+        Self { input: input.into(), ours, other: None, ratio: None, counts: counts.into() }
+    }
 }
 
 /// All rows.
-const TABLE: &[&[Row]] = &[];
+const TABLE: &[&[Row]] = &[decision::ROWS, tick::ROWS];
 
 fn main() -> ExitCode {
     let settings = Settings::parse();

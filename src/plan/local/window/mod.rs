@@ -19,6 +19,7 @@
 //! Source: D. Fox, W. Burgard, S. Thrun, "The dynamic window approach to collision avoidance",
 //! IEEE Robotics & Automation Magazine 4(1), 1997.
 
+mod lanes;
 mod patch;
 mod rollout;
 mod sampling;
@@ -34,8 +35,9 @@ use super::{Decision, Mode, turn_on_the_spot};
 use crate::geometry::{Pose, Twist, Vec2, direction};
 use crate::math;
 use crate::observation::Observation;
+use lanes::{LANES, Lane, Lanes, Plain, Width};
 use patch::{Anchor, Patch};
-use rollout::{Block, Disc, LANES, Lane};
+use rollout::{Block, Disc, Field};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -234,6 +236,7 @@ pub struct Recovery {
 #[derive(Clone, Debug)]
 pub struct DynamicWindow {
     settings: Settings,
+    width: Width,
     patch: Patch,
     rollouts: Rollouts,
     speeds: Vec<f64>,
@@ -251,6 +254,7 @@ impl DynamicWindow {
     pub fn new(settings: Settings) -> Self {
         Self {
             settings,
+            width: Width::widest(),
             patch: Patch::default(),
             rollouts: Rollouts::new(),
             speeds: Vec::new(),
@@ -419,25 +423,36 @@ impl DynamicWindow {
         self.track.resize(steps, [[0.0; LANES]; 2]);
 
         let radius = (robot.radius_m / pitch_m) as f32;
-        let touch = touching(&self.patch, &at, radius * radius);
+        let field = Field {
+            touch: touching(&self.patch, &at, radius * radius),
+            // The nodes around a pose are up to √2 away from it.
+            free: (free_m(observation) / pitch_m - f64::from(cap).sqrt() - math::SQRT_2 - ROUNDING) as f32,
+            patch: &self.patch,
+            at,
+        };
         let metres = |squared: f32, radius: f32| f64::from(positive_sqrt(squared) - radius) * pitch_m;
         let limited = |metres: f64| math::clamp(metres, 0.0, cap_m);
         let count = self.rollouts.twists.len();
         for (number, block) in self.blocks.iter().enumerate() {
-            let fate = rollout::drive(block, &self.profile, touch, &self.patch, &at, &mut self.track);
+            let fate = rollout::drive(self.width, block, &self.profile, &field, &mut self.track);
+            let track = &self.track[..fate.driven];
             let mut free_steps = fate.free_steps;
             let (mut least, mut last) = ([f32::MAX; LANES], [f32::MAX; LANES]);
-            for disc in &self.discs {
-                let passing = rollout::pass(block, &self.track[..fate.driven], disc);
-                for lane in 0..LANES {
-                    let (near, end) = (
-                        positive_sqrt(passing.least[lane]) - disc.touch,
-                        positive_sqrt(passing.last[lane]) - disc.touch,
-                    );
-                    least[lane] = if near < least[lane] { near } else { least[lane] };
-                    last[lane] = if end < last[lane] { end } else { last[lane] };
-                    let free = passing.free_steps[lane];
-                    free_steps[lane] = if free < free_steps[lane] { free } else { free_steps[lane] };
+            if !self.discs.is_empty() {
+                let bounds = rollout::bounds(self.width, track);
+                let cap = (cap_m / pitch_m) as f32;
+                for disc in self.discs.iter().filter(|disc| !disc.keeps_off(block, &bounds, track.len(), cap)) {
+                    let passing = rollout::pass(self.width, block, track, disc);
+                    for lane in 0..LANES {
+                        let (near, end) = (
+                            positive_sqrt(passing.least[lane]) - disc.touch,
+                            positive_sqrt(passing.last[lane]) - disc.touch,
+                        );
+                        least[lane] = if near < least[lane] { near } else { least[lane] };
+                        last[lane] = if end < last[lane] { end } else { last[lane] };
+                        let free = passing.free_steps[lane];
+                        free_steps[lane] = if free < free_steps[lane] { free } else { free_steps[lane] };
+                    }
                 }
             }
             for lane in 0..LANES.min(count - number * LANES) {
@@ -562,12 +577,22 @@ impl Turning {
     }
 }
 
+/// What the rounding of an `f32` may add up to over a rollout, in units of the pitch.
+const ROUNDING: f64 = 0.05;
+
+/// How far the robot may go any way without touching a believed static with its centre, m, or less; 0 or less at an obstacle.
+fn free_m(observation: &Observation<'_>) -> f64 {
+    let (grid, position) = (observation.belief.grid(), observation.pose.position);
+    let cell = grid.cell_at(position);
+    observation.belief.field().distance_m(cell) - (grid.centre(cell) - position).norm()
+}
+
 /// The squared distance (units of pitch²) at which a rollout counts as touching a static: the squared radius, or,
 /// where the robot itself is believed to be nearer than that, just less than where it is.
 fn touching(patch: &Patch, at: &Anchor, radius_squared: f32) -> f32 {
     /// Room for turning and for the first step from rest, in pitch².
     const SLACK: f32 = 1e-3;
-    let here = patch.squared_distances(at, &[0.0; LANES], &[0.0; LANES])[0];
+    let here = patch.squared_distances(at, Plain::splat(0.0), Plain::splat(0.0)).store()[0];
     if here > 0.0 && here - SLACK < radius_squared { here - SLACK } else { radius_squared }
 }
 

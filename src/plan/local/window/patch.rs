@@ -20,7 +20,7 @@
 //! The lattice is anchored to the map and the values are functions of the map alone, so an answer
 //! depends on the belief and the point, never on where the patch lay or how long it has been in use.
 
-use super::rollout::{LANES, Lane};
+use super::lanes::Lanes;
 use crate::geometry::Vec2;
 use crate::map::{Cell, OccupancyGrid};
 use crate::observation::Belief;
@@ -132,25 +132,15 @@ impl Patch {
     /// Lower bounds of the squared distances (units of pitch²) at the displacements (`x`, `y`) from the
     /// anchor, in units of the pitch; a little below 0 is possible at an obstacle.
     #[inline(always)]
-    pub(super) fn squared_distances(&self, at: &Anchor, x: &Lane, y: &Lane) -> Lane {
-        let (mut f, mut g, mut index) = ([0.0; LANES], [0.0; LANES], [0u32; LANES]);
-        for lane in 0..LANES {
-            let (u, v) = (x[lane] + at.fraction[0], y[lane] + at.fraction[1]);
-            // floor(), up to the choice of cell for a point on a lattice line, which does not matter.
-            let (col, row) = ((u - 0.5 + ROUND) - ROUND, (v - 0.5 + ROUND) - ROUND);
-            (f[lane], g[lane]) = (u - col, v - row);
-            index[lane] = (row * at.stride + col + at.index + TO_BITS).to_bits() & 0x007f_ffff;
-        }
-        let (mut a, mut b, mut c, mut d) = ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            [a[lane], b[lane], c[lane], d[lane]] = self.forms[index[lane] as usize];
-        }
-        let mut squared = [0.0; LANES];
-        for lane in 0..LANES {
-            let (f, g) = (f[lane], g[lane]);
-            squared[lane] = a[lane] + b[lane] * f + (c[lane] + d[lane] * f) * g - f * (1.0 - f) - g * (1.0 - g);
-        }
-        squared
+    pub(super) fn squared_distances<L: Lanes>(&self, at: &Anchor, x: L, y: L) -> L {
+        let (half, one, round) = (L::splat(0.5), L::splat(1.0), L::splat(ROUND));
+        let (u, v) = (x + L::splat(at.fraction[0]), y + L::splat(at.fraction[1]));
+        // floor(), up to the choice of cell for a point on a lattice line, which does not matter.
+        let (col, row) = ((u - half + round) - round, (v - half + round) - round);
+        let (f, g) = (u - col, v - row);
+        let index = row * L::splat(at.stride) + col + L::splat(at.index);
+        let [a, b, c, d] = (index + L::splat(TO_BITS)).look_up(&self.forms);
+        a + b * f + (c + d * f) * g - f * (one - f) - g * (one - g)
     }
 }
 
@@ -275,6 +265,7 @@ impl Build {
 
 #[cfg(test)]
 mod tests {
+    use super::super::lanes::Plain;
     use super::*;
     use crate::geometry::Rect;
     use crate::map::DistanceField;
@@ -304,7 +295,8 @@ mod tests {
         let pitch_m = pitch_m(belief.grid());
         let anchor = patch.cover(belief, from, 3.0, cap);
         let offset = (p - from) / pitch_m;
-        let squared = patch.squared_distances(&anchor, &[offset.x as f32; LANES], &[offset.y as f32; LANES])[3];
+        let (x, y) = (Plain::splat(offset.x as f32), Plain::splat(offset.y as f32));
+        let squared = patch.squared_distances(&anchor, x, y).store()[3];
         math::max(f64::from(squared), 0.0).sqrt() * pitch_m
     }
 

@@ -1,7 +1,6 @@
 //! The kernel: many constant twists driven ahead at once, against static obstacles and movers.
 //!
-//! Sixteen candidates go side by side through plain arrays, which the compiler turns into vector
-//! instructions on any x86-64. Lengths are `f32` in units of the lattice pitch h relative to the robot
+//! Eight candidates go side by side ([`Lanes`]). Lengths are `f32` in units of the lattice pitch h relative to the robot
 //! (about 10 µm of rounding at 100 h); the robot's own state stays `f64`. Direction turns by a rotation
 //! recurrence, so a candidate costs one sine and cosine.
 //!
@@ -11,14 +10,13 @@
 //! moving disc the same holds with the length of the relative step. So s²/4 is taken off at every pose
 //! (5 mm at 1 m/s and 0.25 m; the longest step of the rollout stands for all), and nothing is driven through between two predicted poses. The pose the robot
 //! is at is not one of them: it is the same for all candidates, and one that leads away is not to blame for it.
+//!
+//! **What is left out.** Clearances count up to a cap. Poses that are too near to the robot to come within the cap of any
+//! static ([`Field::free`]) are not looked up, and a mover whose way keeps beyond it from the box around a block's poses is
+//! not measured. Both leave the numbers as they are, which end at the cap either way.
 
+use super::lanes::{LANES, Lane, Lanes, on_lanes};
 use super::patch::{Anchor, Patch};
-
-/// Candidates side by side.
-pub(super) const LANES: usize = 16;
-
-/// One number per candidate of a block.
-pub(super) type Lane = [f32; LANES];
 
 /// What a block of candidates drives. Lengths in units of the pitch.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +29,17 @@ pub(super) struct Block {
     pub(super) turn: [Lane; 2],
     /// 1 for a candidate, 0 for a lane without one.
     pub(super) used: Lane,
+}
+
+/// The statics as the robot sees them from where it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Field<'a> {
+    pub(super) patch: &'a Patch,
+    pub(super) at: Anchor,
+    /// Squared distance at which a pose touches, or less.
+    pub(super) touch: f32,
+    /// Poses up to this far from the robot see nothing but the cap of the patch.
+    pub(super) free: f32,
 }
 
 /// What became of a block. Squared distances are lower bounds, in units of pitch².
@@ -52,45 +61,86 @@ pub(super) struct Fate {
 /// Positions of a block after each step, for the movers' pass.
 pub(super) type Track = [[Lane; 2]];
 
-/// Drives `block` through the statics; step k has length `step · speed[k]`. Touching means a squared
-/// distance of at most `touch`.
-pub(super) fn drive(block: &Block, speed: &[f32], touch: f32, patch: &Patch, at: &Anchor, track: &mut Track) -> Fate {
+on_lanes! {
+    /// Drives `block` through the statics; step k has length `step · speed[k]`.
+    pub(super) fn drive(block: &Block, speed: &[f32], field: &Field<'_>, track: &mut Track) -> Fate = drive_lanes;
+}
+
+#[inline(always)]
+fn drive_lanes<L: Lanes>(block: &Block, speed: &[f32], field: &Field<'_>, track: &mut Track) -> Fate {
     assert_eq!(speed.len(), track.len(), "one position per step");
-    let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
-    let [mut cos, mut sin] = block.heading;
-    let mut least = [f32::MAX; LANES];
-    let mut last = [f32::MAX; LANES];
-    let mut free_steps = [0.0; LANES];
-    let mut driven = 0;
-    let between = quarters(&block.step, 0.0);
-    let limit = between.map(|quarter| touch + quarter);
+    let mut motion = Motion::<L>::of(block);
+    let longest = block.step.iter().fold(0.0, |longest, step| if step.abs() > longest { step.abs() } else { longest });
+    // A cast saturates: all steps where the block does not move.
+    let unseen = ((field.free / longest) as usize).min(speed.len());
+    let (near_track, track) = track.split_at_mut(unseen);
+    let (near_speed, speed) = speed.split_at(unseen);
+    for (position, &speed) in near_track.iter_mut().zip(near_speed) {
+        *position = motion.advance(speed);
+    }
+
+    let used = L::load(&block.used);
+    let between = L::load(&quarters(&block.step, 0.0));
+    let limit = L::splat(field.touch) + between;
+    let (mut least, mut last) = (L::splat(f32::MAX), L::splat(f32::MAX));
+    let mut free_steps = L::splat(unseen as f32) * used;
+    let mut driven = unseen;
     for (position, &speed) in track.iter_mut().zip(speed) {
-        for lane in 0..LANES {
-            let step = block.step[lane] * speed;
-            x[lane] += step * cos[lane];
-            y[lane] += step * sin[lane];
-            let (c, s) = (cos[lane], sin[lane]);
-            cos[lane] = c * block.turn[0][lane] - s * block.turn[1][lane];
-            sin[lane] = s * block.turn[0][lane] + c * block.turn[1][lane];
-        }
-        *position = [x, y];
+        *position = motion.advance(speed);
         driven += 1;
-        last = patch.squared_distances(at, &x, &y);
-        let mut free = 0.0;
-        for lane in 0..LANES {
-            least[lane] = if last[lane] < least[lane] { last[lane] } else { least[lane] };
-            let alive = if least[lane] > limit[lane] { block.used[lane] } else { 0.0 };
-            free_steps[lane] += alive;
-            free += alive;
-        }
-        if free == 0.0 {
+        last = field.patch.squared_distances(&field.at, motion.x, motion.y);
+        least = last.min(least);
+        let free = least.where_above(limit, used);
+        free_steps = free_steps + free;
+        if !free.any() {
             break;
         }
     }
-    for lane in 0..LANES {
-        (least[lane], last[lane]) = (least[lane] - between[lane], last[lane] - between[lane]);
+    Fate {
+        end: [motion.x.store(), motion.y.store()],
+        least: (least - between).store(),
+        last: (last - between).store(),
+        free_steps: free_steps.store(),
+        driven,
     }
-    Fate { end: [x, y], least, last, free_steps, driven }
+}
+
+/// Where the candidates of a block are, and where they head.
+#[derive(Clone, Copy)]
+struct Motion<L> {
+    step: L,
+    turn: [L; 2],
+    x: L,
+    y: L,
+    cos: L,
+    sin: L,
+}
+
+impl<L: Lanes> Motion<L> {
+    #[inline(always)]
+    fn of(block: &Block) -> Self {
+        let zero = L::splat(0.0);
+        let Block { step, heading: [cos, sin], turn: [turn_cos, turn_sin], .. } = block;
+        Self {
+            step: L::load(step),
+            turn: [L::load(turn_cos), L::load(turn_sin)],
+            x: zero,
+            y: zero,
+            cos: L::load(cos),
+            sin: L::load(sin),
+        }
+    }
+
+    /// One step at this share of the full speed; returns the positions after it.
+    #[inline(always)]
+    fn advance(&mut self, speed: f32) -> [Lane; 2] {
+        let Self { cos, sin, turn: [turn_cos, turn_sin], .. } = *self;
+        let step = self.step * L::splat(speed);
+        self.x = self.x + step * cos;
+        self.y = self.y + step * sin;
+        (self.cos, self.sin) = (cos * turn_cos - sin * turn_sin, sin * turn_cos + cos * turn_sin);
+        [self.x.store(), self.y.store()]
+    }
 }
 
 /// A mover as the kernel sees it, relative to the robot, in units of the pitch.
@@ -115,35 +165,93 @@ pub(super) struct Passing {
     pub(super) free_steps: Lane,
 }
 
-/// Drives the positions of `track` past a disc that moves at constant velocity.
-pub(super) fn pass(block: &Block, track: &Track, disc: &Disc) -> Passing {
-    let (mut least, mut last) = ([f32::MAX; LANES], [f32::MAX; LANES]);
-    let mut free_steps = [0.0; LANES];
-    // The relative step is at most as long as the two steps together.
-    let disc_step = (disc.step[0] * disc.step[0] + disc.step[1] * disc.step[1]).sqrt();
-    let between = quarters(&block.step, disc_step);
-    let limit = between.map(|quarter| disc.touch * disc.touch + quarter);
+on_lanes! {
+    /// Drives the positions of `track` past a disc that moves at constant velocity.
+    pub(super) fn pass(block: &Block, track: &Track, disc: &Disc) -> Passing = pass_lanes;
+}
+
+#[inline(always)]
+fn pass_lanes<L: Lanes>(block: &Block, track: &Track, disc: &Disc) -> Passing {
+    let between = L::load(&quarters(&block.step, disc.step_length()));
+    let limit = L::splat(disc.touch * disc.touch) + between;
+    let one = L::splat(1.0);
+    let (mut least, mut last) = (L::splat(f32::MAX), L::splat(f32::MAX));
+    let mut free_steps = L::splat(0.0);
     let [mut disc_x, mut disc_y] = disc.position;
     for [x, y] in track {
         disc_x += disc.step[0];
         disc_y += disc.step[1];
-        for lane in 0..LANES {
-            let (dx, dy) = (x[lane] - disc_x, y[lane] - disc_y);
-            last[lane] = dx * dx + dy * dy;
-            least[lane] = if last[lane] < least[lane] { last[lane] } else { least[lane] };
-            free_steps[lane] += if least[lane] > limit[lane] { 1.0 } else { 0.0 };
+        let (dx, dy) = (L::load(x) - L::splat(disc_x), L::load(y) - L::splat(disc_y));
+        last = dx * dx + dy * dy;
+        least = last.min(least);
+        free_steps = free_steps + least.where_above(limit, one);
+    }
+    Passing {
+        least: (least - between).store(),
+        last: (last - between).store(),
+        free_steps: free_steps.store(),
+    }
+}
+
+impl Disc {
+    fn step_length(&self) -> f32 {
+        (self.step[0] * self.step[0] + self.step[1] * self.step[1]).sqrt()
+    }
+
+    /// Whether the disc keeps `cap` or more from the robot at every pose in `bounds`, over so many steps, so that it
+    /// need not be measured.
+    pub(super) fn keeps_off(&self, block: &Block, bounds: &Bounds, steps: usize, cap: f32) -> bool {
+        /// What rounding may add up to, in units of the pitch.
+        const SLACK: f32 = 0.05;
+        let gap = |axis: usize| {
+            let from = self.position[axis] + self.step[axis];
+            let to = self.position[axis] + steps as f32 * self.step[axis];
+            let (low, high) = if from < to { (from, to) } else { (to, from) };
+            let outside = [low - bounds.high[axis], bounds.low[axis] - high, 0.0];
+            outside.into_iter().fold(0.0, |gap, side| if side > gap { side } else { gap })
+        };
+        let (x, y) = (gap(0), gap(1));
+        let between = quarters(&block.step, self.step_length()).into_iter().fold(0.0, |a, b| if b > a { b } else { a });
+        let wanted = 1.001 * (self.touch + cap) + SLACK;
+        x * x + y * y > wanted * wanted + between
+    }
+}
+
+/// The box around the poses of a block.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    low: [f32; 2],
+    high: [f32; 2],
+}
+
+on_lanes! {
+    /// The box around the positions of a track.
+    pub(super) fn bounds(track: &Track) -> Bounds = bounds_lanes;
+}
+
+#[inline(always)]
+fn bounds_lanes<L: Lanes>(track: &Track) -> Bounds {
+    let far = L::splat(f32::MAX);
+    let zero = L::splat(0.0);
+    let (mut low, mut minus_high) = ([far; 2], [far; 2]);
+    for position in track {
+        for axis in [0, 1] {
+            let at = L::load(&position[axis]);
+            low[axis] = at.min(low[axis]);
+            minus_high[axis] = (zero - at).min(minus_high[axis]);
         }
     }
-    for lane in 0..LANES {
-        (least[lane], last[lane]) = (least[lane] - between[lane], last[lane] - between[lane]);
-    }
-    Passing { least, last, free_steps }
+    let smallest = |lanes: L| lanes.store().into_iter().fold(f32::MAX, |a, b| if b < a { b } else { a });
+    Bounds { low: low.map(smallest), high: minus_high.map(|lanes| -smallest(lanes)) }
 }
 
 /// s²/4 of steps that are `longer` than those of the block.
+#[inline(always)]
 fn quarters(step: &Lane, longer: f32) -> Lane {
-    step.map(|step| {
-        let half = 0.5 * (step.abs() + longer);
-        half * half
-    })
+    let mut quarters = [0.0; LANES];
+    for lane in 0..LANES {
+        let half = 0.5 * (step[lane].abs() + longer);
+        quarters[lane] = half * half;
+    }
+    quarters
 }

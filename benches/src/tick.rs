@@ -1,0 +1,204 @@
+//! A whole tick: observe, decide, move, judge, rapier; and the beginning of an episode.
+//!
+//! `tick/world30` is the world of `benches/scenes/world30.world`: 30 m × 30 m, 200 static discs that the robot knows
+//! (occupied cells of a map of 0.1 m), ten movers that shuttle on lanes, 900 ticks of 0.1 s, `a_star` + `dwa`. The time is that of
+//! the whole episode, the beginning of the world and the first path among it, over the ticks that were driven.
+
+use crate::measure::{Spread, alone};
+use crate::{Line, Row, Settings, scenes};
+use simrun::episode::{Outcome, Runner, TerminationSpec};
+use simrun::geometry::{Pose, Vec2};
+use simrun::map::{Cell, OccupancyGrid, movingai};
+use simrun::observation::Belief;
+use simrun::plan::global::{GlobalChoice, a_star};
+use simrun::plan::local::{LocalChoice, dwa};
+use simrun::plan::stack::{PlanningSpec, StackSpec};
+use simrun::quantity::{NonNegative, Positive, Samples};
+use simrun::rng::EpisodeSeed;
+use simrun::robot::Robot;
+use simrun::scenario::ScenarioFile;
+use simrun::world::{Conditions, Motion, Mover, Patrol, Scene, StaticMap, World};
+use std::path::Path as FilePath;
+use std::sync::Arc;
+
+/// Side of the cells of the known map, m.
+const RESOLUTION_M: f64 = 0.1;
+
+/// Its rows.
+pub const ROWS: &[Row] = &[
+    Row {
+        name: "tick/world30",
+        what: "one tick of the world that the Python peers drive, 900 ticks",
+        target: None,
+        measure: world30,
+    },
+    Row {
+        name: "tick/warehouse",
+        what: "one tick of scenarios/warehouse.yaml, stack a_star+dwa, 20 episodes",
+        target: None,
+        measure: warehouse,
+    },
+    Row {
+        name: "start/512",
+        what: "an episode's world on a map that is loaded, 512 x 512",
+        target: None,
+        measure: start,
+    },
+];
+
+/// The world of the peers.
+struct Peers {
+    scene: Scene,
+    robot: Robot,
+    termination: TerminationSpec,
+}
+
+impl Peers {
+    fn read() -> Result<Self, String> {
+        let file = scenes::folder().join("world30.world");
+        let text = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+        let (mut robot, mut movers, mut discs) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut size, mut duration_s) = (Vec::new(), 0.0);
+        for line in text.lines().filter(|line| !line.starts_with('#') && !line.starts_with("type")) {
+            let mut words = line.split_whitespace();
+            let Some(key) = words.next() else { continue };
+            let values: Result<Vec<f64>, _> = words.map(str::parse).collect();
+            let values = values.map_err(|error| format!("{}: `{line}`: {error}", file.display()))?;
+            match key {
+                "size" => size = values,
+                "steps" => duration_s = 0.1 * values[0],
+                "robot" => robot = values,
+                "moving" => movers.push(values),
+                "static" => discs.push((Vec2::new(values[0], values[1]), values[2])),
+                _ => {}
+            }
+        }
+        let cells = |side: f64| (side / RESOLUTION_M).round() as i32;
+        let mut map = OccupancyGrid::empty(cells(size[0]), cells(size[1]), RESOLUTION_M);
+        for row in 0..map.rows() {
+            for col in 0..map.cols() {
+                let square = map.square(Cell { col, row });
+                if discs.iter().any(|&(centre, radius)| square.signed_distance(centre) < radius) {
+                    map.set_occupied(Cell { col, row });
+                }
+            }
+        }
+        let (start, goal) = (Vec2::new(robot[0], robot[1]), Vec2::new(robot[2], robot[3]));
+        let theta = (goal.y - start.y).atan2(goal.x - start.x);
+        let mut scene = Scene::new(&Arc::new(StaticMap::new(map)), Pose { position: start, theta }, goal);
+        scene.movers = movers.iter().map(|values| shuttle(values)).collect();
+        let robot = Robot { radius_m: robot[4], speed_max_mps: robot[5], ..Robot::default() };
+        let timeout_s = Some(Positive::new(duration_s));
+        Ok(Self { scene, robot, termination: TerminationSpec { timeout_s, ..TerminationSpec::default() } })
+    }
+}
+
+/// A mover that drives to and fro between two points.
+fn shuttle(values: &[f64]) -> Mover {
+    let (from, to) = (Vec2::new(values[0], values[1]), Vec2::new(values[2], values[3]));
+    let speed_mps = values[5];
+    let velocity = (to - from) * (speed_mps / (to - from).norm());
+    let patrol = Patrol { waypoints: Arc::new([from, to]), speed_mps, closed: false, pause_s: 0.0 };
+    Mover { motion: Motion::Patrol(patrol), ..Mover::new(from, velocity, values[4]) }
+}
+
+fn world30(settings: &Settings) -> Result<Vec<Line>, String> {
+    let world = Peers::read()?;
+    let seed = EpisodeSeed { seed: 1, episode: 0 };
+    let conditions = Conditions { seed, ..Conditions::default() };
+    let line = |(speed_samples, yaw_rate_samples): (u32, u32)| {
+        let local = LocalChoice::dwa(dwa::Params {
+            speed_samples: Samples::new(speed_samples),
+            yaw_rate_samples: Samples::new(yaw_rate_samples),
+            predict_dynamic: true,
+            ..dwa::Params::default()
+        });
+        let mut stack = stack(local);
+        let mut runner = Runner::default();
+        let mut drive = || runner.run(&world.scene, &world.robot, &conditions, &world.termination, &mut stack);
+        let outcome = drive();
+        let time = alone(settings.pairs, &mut drive);
+        let trace = &runner.record.trace;
+        let ticks = trace.ticks.len() - 1;
+        let counts = format!(
+            "{ticks} ticks, {:.1} rollouts per tick, {} recoveries, {}",
+            trace.rollouts as f64 / ticks as f64,
+            trace.recoveries,
+            outcome.name()
+        );
+        Line::alone(format!("{speed_samples} x {yaw_rate_samples} samples"), time, ticks as f64, counts)
+    };
+    Ok([(5, 7), (20, 20)].into_iter().map(line).collect())
+}
+
+fn stack(local: LocalChoice) -> simrun::plan::stack::Stack {
+    let global = Some(GlobalChoice::a_star(a_star::Params::default()));
+    StackSpec { name: "bench".to_owned(), global, path: Vec::new(), local, replan: None }
+        .build(&PlanningSpec { inflation_m: Some(NonNegative::new(0.35)), ..PlanningSpec::default() })
+}
+
+fn warehouse(settings: &Settings) -> Result<Vec<Line>, String> {
+    let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/warehouse.yaml");
+    let file = ScenarioFile::open(&file).map_err(|error| error.to_string())?;
+    let scenario = file.read(&[]).map_err(|error| error.to_string())?;
+    let points = file.points(&scenario, &[]).map_err(|error| error.to_string())?;
+    let experiment = simrun::experiment::Experiment::new(scenario, points, file.folder())
+        .map_err(|error| error.to_string())?;
+    let spec = experiment.stacks(0).iter().find(|spec| spec.name == "a_star+dwa").ok_or("no stack a_star+dwa")?;
+    let scenario = experiment.scenario_at(0);
+    let scenes: Result<Vec<Scene>, _> = (0..20).map(|episode| experiment.scene(0, episode)).collect();
+    let scenes = scenes.map_err(|error| error.to_string())?;
+    let mut stack = spec.build(&scenario.planning);
+    let mut runner = Runner::default();
+    let mut drive = || {
+        let mut ticks = 0;
+        for (episode, scene) in scenes.iter().enumerate() {
+            let seed = EpisodeSeed { seed: scenario.seed, episode: episode as u64 };
+            let conditions = Conditions { seed, sensing: scenario.sensing.clone(), ..Conditions::default() };
+            let outcome = runner.run(scene, experiment.robot(0), &conditions, &scenario.termination, &mut stack);
+            assert!(!matches!(outcome, Outcome::PlannerError { .. }));
+            ticks += runner.record.trace.ticks.len() - 1;
+        }
+        ticks
+    };
+    let ticks = drive();
+    let time = alone(settings.pairs, &mut drive);
+    Ok(vec![Line::alone("20 episodes", time, ticks as f64, format!("{ticks} ticks"))])
+}
+
+/// What there is between a loaded map and the first tick.
+fn start(settings: &Settings) -> Result<Vec<Line>, String> {
+    let file = scenes::folder().join("random512-20.map");
+    let text = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let map = Arc::new(StaticMap::new(movingai::parse(&text).map_err(|error| error.to_string())?));
+    let robot = Robot::default();
+    let yaml = format!(
+        "name: start\nmap: {{movingai: {{file: {}}}}}\nstart: random\ngoal: random\nstacks: {{global: [none], local: [dwa]}}\n\
+         obstacles: {{unknown_static: [{{random: {{count: 2, shape: {{disc: {{radius_m: 0.3}}}}}}}}], \
+         moving: [{{random: {{count: 10, radius_m: 0.2, speed_mps: [0.2, 0.5]}}}}]}}\n",
+        file.display()
+    );
+    let scenario = ScenarioFile::from_text("start.yaml", yaml).read(&[]).map_err(|error| error.to_string())?;
+    let spec = scenario.scene_spec(FilePath::new(".")).map_err(|error| error.to_string())?;
+    let inflation_m = scenario.planning.inflation_m(robot.radius_m);
+    let seed = |episode| EpisodeSeed { seed: 1, episode };
+    let generate = |episode| Scene::generate(&spec, &map, &robot, inflation_m, seed(episode));
+    let scene = generate(0).map_err(|error| error.to_string())?;
+    let conditions = Conditions { seed: seed(0), ..Conditions::default() };
+    let mut episode = 0;
+    let scene_time = alone(settings.pairs, || {
+        episode = (episode + 1) % 64;
+        generate(episode).is_ok()
+    });
+    let world_time = alone(settings.pairs, || World::new(&scene, &robot, &conditions).clearance_m());
+    let belief_time = alone(settings.pairs, || Belief::new(&scene.map.grid, &scene.map.field));
+    let bare = Scene { movers: Vec::new(), ..Scene::new(&map, scene.start, scene.goal) };
+    let bare_time = alone(settings.pairs, || World::new(&bare, &robot, &conditions).clearance_m());
+    let line = |name: &str, time: Spread| Line::alone(name, time, 1.0, "");
+    Ok(vec![
+        line("scene (64 seeds)", scene_time),
+        line("world, 10 movers, 2 statics", world_time),
+        line("world without obstacles", bare_time),
+        line("belief", belief_time),
+    ])
+}
