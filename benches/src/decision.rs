@@ -147,7 +147,7 @@ impl Scene {
     }
 
     fn movers(&self) -> Vec<SensedObstacle> {
-        let still = |&position| SensedObstacle { position, velocity: Vec2::zeros(), radius_m: 0.0 };
+        let still = |&position| SensedObstacle::disc(position, Vec2::zeros(), 0.0);
         self.points.iter().map(still).collect()
     }
 }
@@ -274,7 +274,8 @@ fn against_floor(settings: &Settings) -> Result<Vec<Line>, String> {
         let robot = &ours.robot;
         let mut floor = Floor::new(&scene.map(true), scene.pose(), scene.goal(), robot, scene.number("n_v") as u32 + 1);
         let command = floor.decide();
-        let counts = format!("{counts}; floor: {} points, v {:.3} omega {:.3}", floor.points(), command.v, command.omega);
+        let counts =
+            format!("{counts}; floor: {} points, v {:.3} omega {:.3}", floor.points(), command.v, command.omega);
         let times = pair(settings.pairs, || ours.decide(), || floor.decide());
         Ok(Line::of(name, times, 1.0, counts))
     };
@@ -288,7 +289,7 @@ fn among_movers(settings: &Settings) -> Result<Vec<Line>, String> {
         let angle = std::f64::consts::TAU * f64::from(k) / 10.0;
         let away = Vec2::new(angle.cos(), angle.sin());
         let across = Vec2::new(-away.y, away.x);
-        SensedObstacle { position: centre + (1.5 + 0.3 * f64::from(k)) * away, velocity: 0.8 * across, radius_m: 0.3 }
+        SensedObstacle::disc(centre + (1.5 + 0.3 * f64::from(k)) * away, 0.8 * across, 0.3)
     });
     let mut ours = Question::new(&scene, &scene.map(false), movers.collect(), true);
     let counts = ours.answer();

@@ -21,6 +21,7 @@ pub(crate) struct Width {
 
 impl Width {
     /// What runs on any processor.
+    #[cfg(any(test, not(target_arch = "x86_64")))]
     pub(crate) const PLAIN: Self = Self { is_wide: false };
 
     /// The fastest that this processor has.
@@ -160,7 +161,10 @@ pub(super) use wide::Wide;
 /// The compiler's own vectors of [`Plain`] take entries of the table apart number by number, which doubles the time of a
 /// rollout; so this one is written out.
 #[cfg(target_arch = "x86_64")]
-#[expect(unsafe_code, reason = "measured: half the time of a rollout; all of it runs only inside `on_lanes`, under AVX2")]
+#[expect(
+    unsafe_code,
+    reason = "measured: half the time of a rollout; all of it runs only inside `on_lanes`, under AVX2"
+)]
 mod wide {
     use super::{LANES, Lane, Lanes, MANTISSA};
     use core::arch::x86_64::{

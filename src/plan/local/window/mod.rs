@@ -32,12 +32,13 @@ pub use sampling::{SAMPLES_MAX, Spacing, Window};
 pub use score::{Score, Scoring};
 
 use super::{Decision, Mode, turn_on_the_spot};
+use crate::geometry::convex::{Polygon, turned};
 use crate::geometry::{Pose, Twist, Vec2, direction};
 use crate::math;
 use crate::observation::Observation;
 use lanes::{LANES, Lane, Lanes, Plain, Width};
 use patch::{Anchor, Patch};
-use rollout::{Block, Disc, Field};
+use rollout::{Block, Disc, Field, Part, Passing, Track};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -246,6 +247,9 @@ pub struct DynamicWindow {
     profile: Vec<f32>,
     track: Vec<[Lane; 2]>,
     discs: Vec<Disc>,
+    /// The footprint beside its inscribed disc; nothing where it is a disc.
+    parts: Vec<Part>,
+    carried: Vec<[Lane; 2]>,
     turnings: Vec<Turning>,
 }
 
@@ -263,6 +267,8 @@ impl DynamicWindow {
             profile: Vec::new(),
             track: Vec::new(),
             discs: Vec::new(),
+            parts: Vec::new(),
+            carried: Vec::new(),
             turnings: Vec::new(),
         }
     }
@@ -409,73 +415,61 @@ impl DynamicWindow {
         for twist in &self.rollouts.twists {
             speed = math::max(speed, twist.v.abs());
         }
-        let reach_m = speed * self.horizon_steps(observation) as f64 * dt_s;
+        // Of a point of the footprint from the robot's centre now.
+        let arm_m = robot.footprint.as_ref().map_or(0.0, Polygon::circumradius_m);
+        let reach_m = speed * self.horizon_steps(observation) as f64 * dt_s + arm_m;
         let cap_m = self.clearance_cap_m(observation);
         let pitch_m = patch::pitch_m(observation.belief.grid());
         // What the lower bounds take off (½ in the patch, s²/4 in the kernel) goes on top, with a little for
         // rounding, so that a rollout far from everything has exactly the cap as its clearance.
-        let (need, step) = ((cap_m + robot.radius_m) / pitch_m, speed * dt_s / pitch_m);
+        let (need, step) =
+            ((cap_m + robot.radius_m) / pitch_m, (speed + robot.yaw_rate_max_radps * arm_m) * dt_s / pitch_m);
         let cap = (1.0001 * (need * need + 0.5 + 0.25 * step * step)) as f32;
         let at = self.patch.cover(observation.belief, observation.pose.position, reach_m, cap);
 
         self.fill_blocks(observation, pitch_m);
         self.fill_discs(observation, pitch_m, reach_m, cap_m);
+        self.fill_parts(observation, pitch_m, &at);
         self.track.resize(steps, [[0.0; LANES]; 2]);
+        self.carried.resize(steps, [[0.0; LANES]; 2]);
 
-        let radius = (robot.radius_m / pitch_m) as f32;
+        let radius = (robot.inscribed_radius_m() / pitch_m) as f32;
         let field = Field {
-            touch: touching(&self.patch, &at, radius * radius),
+            touch: touching(&self.patch, &at, [0.0; 2], radius * radius),
             // The nodes around a pose are up to √2 away from it.
             free: (free_m(observation) / pitch_m - f64::from(cap).sqrt() - math::SQRT_2 - ROUNDING) as f32,
             patch: &self.patch,
             at,
         };
-        let metres = |squared: f32, radius: f32| f64::from(positive_sqrt(squared) - radius) * pitch_m;
-        let limited = |metres: f64| math::clamp(metres, 0.0, cap_m);
+        let (cap, limited) = ((cap_m / pitch_m) as f32, |gap: f32| math::clamp(f64::from(gap) * pitch_m, 0.0, cap_m));
         let count = self.rollouts.twists.len();
         for (number, block) in self.blocks.iter().enumerate() {
             let fate = rollout::drive(self.width, block, &self.profile, &field, &mut self.track);
             let track = &self.track[..fate.driven];
-            let mut free_steps = fate.free_steps;
-            let (mut least, mut last) = ([f32::MAX; LANES], [f32::MAX; LANES]);
-            if !self.discs.is_empty() {
-                let bounds = rollout::bounds(self.width, track);
-                let cap = (cap_m / pitch_m) as f32;
-                for disc in self.discs.iter().filter(|disc| !disc.keeps_off(block, &bounds, track.len(), cap)) {
-                    let passing = rollout::pass(self.width, block, track, disc);
-                    for lane in 0..LANES {
-                        let (near, end) = (
-                            positive_sqrt(passing.least[lane]) - disc.touch,
-                            positive_sqrt(passing.last[lane]) - disc.touch,
-                        );
-                        least[lane] = if near < least[lane] { near } else { least[lane] };
-                        last[lane] = if end < last[lane] { end } else { last[lane] };
-                        let free = passing.free_steps[lane];
-                        free_steps[lane] = if free < free_steps[lane] { free } else { free_steps[lane] };
-                    }
-                }
+            let (mut statics, mut movers) = (Gaps::new(fate.free_steps), Gaps::new(fate.free_steps));
+            statics.take(&fate.least, &fate.last, radius);
+            movers.pass(self.width, &self.discs, 0.0, &block.step, track, cap);
+            for part in &self.parts {
+                let carried = &mut self.carried[..fate.driven];
+                rollout::carry(self.width, block, part, track, carried);
+                let step = part.step(block);
+                statics.take_passing(&rollout::look(self.width, &step, part, &field, carried), part.radius);
+                movers.pass(self.width, &self.discs, part.radius - radius, &step, carried, cap);
             }
             for lane in 0..LANES.min(count - number * LANES) {
-                let free = free_steps[lane] as usize;
+                let free = smaller(statics.free_steps[lane], movers.free_steps[lane]) as usize;
                 let end = Vec2::new(f64::from(fate.end[0][lane]), f64::from(fate.end[1][lane]));
                 self.rollouts.end.push(end * pitch_m);
                 self.rollouts.free_s.push(free as f64 * dt_s);
-                let (statics, movers) = if free < steps {
-                    (Clearance::both(0.0), Clearance::both(0.0))
-                } else {
-                    (
-                        Clearance {
-                            path_min_m: limited(metres(fate.least[lane], radius)),
-                            end_m: limited(metres(fate.last[lane], radius)),
-                        },
-                        Clearance {
-                            path_min_m: limited(f64::from(least[lane]) * pitch_m),
-                            end_m: limited(f64::from(last[lane]) * pitch_m),
-                        },
-                    )
+                let clearance = |gaps: &Gaps| {
+                    if free < steps {
+                        Clearance::both(0.0)
+                    } else {
+                        Clearance { path_min_m: limited(gaps.least[lane]), end_m: limited(gaps.last[lane]) }
+                    }
                 };
-                self.rollouts.statics.push(statics);
-                self.rollouts.movers.push(movers);
+                self.rollouts.statics.push(clearance(&statics));
+                self.rollouts.movers.push(clearance(&movers));
             }
         }
     }
@@ -501,11 +495,11 @@ impl DynamicWindow {
         math::max(cap_m, braking)
     }
 
-    /// Lays the twists out for the kernel, sixteen to a block.
+    /// Lays the twists out for the kernel, so many to a block.
     fn fill_blocks(&mut self, observation: &Observation<'_>, pitch_m: f64) {
         let dt_s = observation.dt_s;
         let zero = [0.0; LANES];
-        let idle = Block { step: zero, heading: [zero; 2], turn: [zero; 2], used: zero };
+        let idle = Block { step: zero, heading: [zero; 2], turn: [zero; 2], lead: [zero; 2], used: zero };
         self.blocks.clear();
         self.blocks.resize(self.rollouts.twists.len().div_ceil(LANES), idle);
         self.turnings.clear();
@@ -525,6 +519,21 @@ impl DynamicWindow {
             block.heading[1][lane] = turning.first.y as f32;
             block.turn[0][lane] = turning.turn.x as f32;
             block.turn[1][lane] = turning.turn.y as f32;
+            block.lead[0][lane] = turning.lead.x as f32;
+            block.lead[1][lane] = turning.lead.y as f32;
+        }
+    }
+
+    /// Lays out the discs that cover a footprint that is none itself.
+    fn fill_parts(&mut self, observation: &Observation<'_>, pitch_m: f64, at: &Anchor) {
+        self.parts.clear();
+        let Some(footprint) = &observation.robot.footprint else { return };
+        let axis = direction(observation.pose.theta);
+        for disc in footprint.cover() {
+            let lattice = |v: Vec2| [(v.x / pitch_m) as f32, (v.y / pitch_m) as f32];
+            let radius = (disc.radius_m / pitch_m) as f32;
+            let touch = touching(&self.patch, at, lattice(turned(disc.centre, axis)), radius * radius);
+            self.parts.push(Part { centre: lattice(disc.centre), radius, touch });
         }
     }
 
@@ -538,8 +547,9 @@ impl DynamicWindow {
             let offset = obstacle.position - observation.pose.position;
             let lattice = |v: Vec2| [(v.x / pitch_m) as f32, (v.y / pitch_m) as f32];
             for (centre, radius_m) in obstacle.outline.cover() {
-                let (offset, touch_m) = (offset + centre, robot.radius_m + radius_m);
-                if offset.norm() <= reach_m + velocity.norm() * horizon_s + touch_m + cap_m {
+                let (offset, touch_m) = (offset + centre, robot.inscribed_radius_m() + radius_m);
+                let away_m = reach_m + velocity.norm() * horizon_s + robot.radius_m + radius_m + cap_m;
+                if offset.norm() <= away_m {
                     self.discs.push(Disc {
                         position: lattice(offset),
                         step: lattice(velocity * dt_s),
@@ -551,6 +561,53 @@ impl DynamicWindow {
     }
 }
 
+/// How near the candidates of a block come to obstacles of one kind, in units of the pitch.
+struct Gaps {
+    /// The least distance between surfaces over the whole rollout.
+    least: Lane,
+    /// That at its end.
+    last: Lane,
+    /// Steps before the first one that touches.
+    free_steps: Lane,
+}
+
+impl Gaps {
+    fn new(free_steps: Lane) -> Self {
+        Self { least: [f32::MAX; LANES], last: [f32::MAX; LANES], free_steps }
+    }
+
+    /// Takes in squared distances between centres of bodies whose radii are `touch` together.
+    fn take(&mut self, least: &Lane, last: &Lane, touch: f32) {
+        for lane in 0..LANES {
+            self.least[lane] = smaller(positive_sqrt(least[lane]) - touch, self.least[lane]);
+            self.last[lane] = smaller(positive_sqrt(last[lane]) - touch, self.last[lane]);
+        }
+    }
+
+    fn take_passing(&mut self, passing: &Passing, touch: f32) {
+        self.take(&passing.least, &passing.last, touch);
+        for lane in 0..LANES {
+            self.free_steps[lane] = smaller(passing.free_steps[lane], self.free_steps[lane]);
+        }
+    }
+
+    /// Drives a disc of the robot, so much larger than the inscribed one, along `track` past all movers.
+    fn pass(&mut self, width: Width, discs: &[Disc], larger: f32, step: &Lane, track: &Track, cap: f32) {
+        if discs.is_empty() {
+            return;
+        }
+        let bounds = rollout::bounds(width, track);
+        let discs = discs.iter().map(|disc| Disc { touch: disc.touch + larger, ..*disc });
+        for disc in discs.filter(|disc| !disc.keeps_off(step, &bounds, track.len(), cap)) {
+            self.take_passing(&rollout::pass(width, step, track, &disc), disc.touch);
+        }
+    }
+}
+
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
 /// What the steps of a candidate share at one yaw rate.
 #[derive(Clone, Copy, Debug)]
 struct Turning {
@@ -559,6 +616,8 @@ struct Turning {
     first: Vec2,
     /// Cosine and sine of the turn per step.
     turn: Vec2,
+    /// The same of the turn from the direction of the next step to the heading of the pose before it.
+    lead: Vec2,
     /// Length of a step over v·dt.
     length: f64,
 }
@@ -567,11 +626,13 @@ impl Turning {
     fn new(prediction: Prediction, theta: f64, omega: f64, dt_s: f64) -> Self {
         let turn = direction(omega * dt_s);
         match prediction {
-            Prediction::Euler => Self { omega, first: direction(theta), turn, length: 1.0 },
+            Prediction::Euler => Self { omega, first: direction(theta), turn, lead: Vec2::new(1.0, 0.0), length: 1.0 },
             // The chord of the arc, as in `Pose::advance`.
             Prediction::Arc => {
                 let chord = Pose::new(0.0, 0.0, 0.0).advance(Twist { v: 1.0, omega: omega * dt_s }, 1.0);
-                Self { omega, first: direction(theta + 0.5 * omega * dt_s), turn, length: chord.position.norm() }
+                let half_turn = 0.5 * omega * dt_s;
+                let (first, lead) = (direction(theta + half_turn), direction(-half_turn));
+                Self { omega, first, turn, lead, length: chord.position.norm() }
             }
         }
     }
@@ -587,12 +648,13 @@ fn free_m(observation: &Observation<'_>) -> f64 {
     observation.belief.field().distance_m(cell) - (grid.centre(cell) - position).norm()
 }
 
-/// The squared distance (units of pitch²) at which a rollout counts as touching a static: the squared radius, or,
-/// where the robot itself is believed to be nearer than that, just less than where it is.
-fn touching(patch: &Patch, at: &Anchor, radius_squared: f32) -> f32 {
+/// The squared distance (units of pitch²) at which a disc of the robot about `centre` (from the robot's) counts as touching
+/// a static: the squared radius, or, where it is believed to be nearer than that already, just less than where it is.
+fn touching(patch: &Patch, at: &Anchor, centre: [f32; 2], radius_squared: f32) -> f32 {
     /// Room for turning and for the first step from rest, in pitch².
     const SLACK: f32 = 1e-3;
-    let here = patch.squared_distances(at, Plain::splat(0.0), Plain::splat(0.0)).store()[0];
+    let [x, y] = centre.map(Plain::splat);
+    let here = patch.squared_distances(at, x, y).store()[0];
     if here > 0.0 && here - SLACK < radius_squared { here - SLACK } else { radius_squared }
 }
 

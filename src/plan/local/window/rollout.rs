@@ -27,8 +27,35 @@ pub(super) struct Block {
     pub(super) heading: [Lane; 2],
     /// Cosine and sine of the turn per step.
     pub(super) turn: [Lane; 2],
+    /// Cosine and sine of the turn from the direction of the step that follows a pose to the robot's heading there.
+    pub(super) lead: [Lane; 2],
     /// 1 for a candidate, 0 for a lane without one.
     pub(super) used: Lane,
+}
+
+/// A disc of a footprint that is no disc: fixed to the robot beside its centre. Lengths in units of the pitch.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    /// Centre in the robot's frame.
+    pub(super) centre: [f32; 2],
+    /// Radius.
+    pub(super) radius: f32,
+    /// Squared distance at which it touches a static, or less.
+    pub(super) touch: f32,
+}
+
+impl Part {
+    /// How far it moves per step at most: with the robot, and as the robot turns.
+    pub(super) fn step(&self, block: &Block) -> Lane {
+        let [x, y] = self.centre;
+        let away = (x * x + y * y).sqrt();
+        let mut step = block.step;
+        for lane in 0..LANES {
+            let (c, s) = (block.turn[0][lane] - 1.0, block.turn[1][lane]);
+            step[lane] = step[lane].abs() + away * (c * c + s * s).sqrt();
+        }
+        step
+    }
 }
 
 /// The statics as the robot sees them from where it is.
@@ -105,6 +132,47 @@ fn drive_lanes<L: Lanes>(block: &Block, speed: &[f32], field: &Field<'_>, track:
     }
 }
 
+on_lanes! {
+    /// Where the centre of `part` is when the robot is at the positions of `track`.
+    pub(super) fn carry(block: &Block, part: &Part, track: &Track, carried: &mut Track) -> () = carry_lanes;
+}
+
+#[inline(always)]
+fn carry_lanes<L: Lanes>(block: &Block, part: &Part, track: &Track, carried: &mut Track) {
+    let mut motion = Motion::<L>::of(block);
+    let [x, y] = part.centre.map(L::splat);
+    let [cos, sin] = [L::load(&block.lead[0]), L::load(&block.lead[1])];
+    let arm = [cos * x - sin * y, sin * x + cos * y];
+    for ([x, y], carried) in track.iter().zip(carried) {
+        motion.advance(0.0);
+        let (cos, sin) = (motion.cos, motion.sin);
+        *carried = [
+            (L::load(x) + (cos * arm[0] - sin * arm[1])).store(),
+            (L::load(y) + (sin * arm[0] + cos * arm[1])).store(),
+        ];
+    }
+}
+
+on_lanes! {
+    /// Distances of the positions of `track`, which are at most `step` apart, to the statics. Touching is what it is for `part`.
+    pub(super) fn look(step: &Lane, part: &Part, field: &Field<'_>, track: &Track) -> Passing = look_lanes;
+}
+
+#[inline(always)]
+fn look_lanes<L: Lanes>(step: &Lane, part: &Part, field: &Field<'_>, track: &Track) -> Passing {
+    let between = L::load(&quarters(step, 0.0));
+    let limit = L::splat(part.touch) + between;
+    let one = L::splat(1.0);
+    let (mut least, mut last) = (L::splat(f32::MAX), L::splat(f32::MAX));
+    let mut free_steps = L::splat(0.0);
+    for [x, y] in track {
+        last = field.patch.squared_distances(&field.at, L::load(x), L::load(y));
+        least = last.min(least);
+        free_steps = free_steps + least.where_above(limit, one);
+    }
+    Passing { least: (least - between).store(), last: (last - between).store(), free_steps: free_steps.store() }
+}
+
 /// Where the candidates of a block are, and where they head.
 #[derive(Clone, Copy)]
 struct Motion<L> {
@@ -154,7 +222,7 @@ pub(super) struct Disc {
     pub(super) touch: f32,
 }
 
-/// Distances of a block to one moving disc: squared, from centre to centre, as in [`Fate`].
+/// Distances of a block to the statics or to one moving disc: squared, from centre to centre, as in [`Fate`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passing {
     /// Over the whole rollout.
@@ -166,13 +234,13 @@ pub(super) struct Passing {
 }
 
 on_lanes! {
-    /// Drives the positions of `track` past a disc that moves at constant velocity.
-    pub(super) fn pass(block: &Block, track: &Track, disc: &Disc) -> Passing = pass_lanes;
+    /// Drives the positions of `track`, which are at most `step` apart, past a disc that moves at constant velocity.
+    pub(super) fn pass(step: &Lane, track: &Track, disc: &Disc) -> Passing = pass_lanes;
 }
 
 #[inline(always)]
-fn pass_lanes<L: Lanes>(block: &Block, track: &Track, disc: &Disc) -> Passing {
-    let between = L::load(&quarters(&block.step, disc.step_length()));
+fn pass_lanes<L: Lanes>(step: &Lane, track: &Track, disc: &Disc) -> Passing {
+    let between = L::load(&quarters(step, disc.step_length()));
     let limit = L::splat(disc.touch * disc.touch) + between;
     let one = L::splat(1.0);
     let (mut least, mut last) = (L::splat(f32::MAX), L::splat(f32::MAX));
@@ -186,11 +254,7 @@ fn pass_lanes<L: Lanes>(block: &Block, track: &Track, disc: &Disc) -> Passing {
         least = last.min(least);
         free_steps = free_steps + least.where_above(limit, one);
     }
-    Passing {
-        least: (least - between).store(),
-        last: (last - between).store(),
-        free_steps: free_steps.store(),
-    }
+    Passing { least: (least - between).store(), last: (last - between).store(), free_steps: free_steps.store() }
 }
 
 impl Disc {
@@ -200,7 +264,7 @@ impl Disc {
 
     /// Whether the disc keeps `cap` or more from the robot at every pose in `bounds`, over so many steps, so that it
     /// need not be measured.
-    pub(super) fn keeps_off(&self, block: &Block, bounds: &Bounds, steps: usize, cap: f32) -> bool {
+    pub(super) fn keeps_off(&self, step: &Lane, bounds: &Bounds, steps: usize, cap: f32) -> bool {
         /// What rounding may add up to, in units of the pitch.
         const SLACK: f32 = 0.05;
         let gap = |axis: usize| {
@@ -211,7 +275,7 @@ impl Disc {
             outside.into_iter().fold(0.0, |gap, side| if side > gap { side } else { gap })
         };
         let (x, y) = (gap(0), gap(1));
-        let between = quarters(&block.step, self.step_length()).into_iter().fold(0.0, |a, b| if b > a { b } else { a });
+        let between = quarters(step, self.step_length()).into_iter().fold(0.0, |a, b| if b > a { b } else { a });
         let wanted = 1.001 * (self.touch + cap) + SLACK;
         x * x + y * y > wanted * wanted + between
     }

@@ -185,6 +185,115 @@ fn clearances_and_contacts_agree_with_brute_force() {
     assert!(touched > 100 && free > 100, "{touched} and {free}");
 }
 
+/// Gaps of a footprint at a pose, each side by itself: to the statics, and to discs.
+fn footprint_gaps_m(grid: &OccupancyGrid, movers: &[SensedObstacle], footprint: &Polygon, pose: Pose) -> (f64, f64) {
+    let corners = footprint.placed(pose.position, direction(pose.theta));
+    let sides = |k: usize| (corners[k], corners[(k + 1) % corners.len()]);
+    let holds =
+        |p: Vec2| (0..corners.len()).all(|k| crate::geometry::cross(sides(k).1 - sides(k).0, p - sides(k).0) > 0.0);
+    let to_point = |p: Vec2| {
+        let sides = (0..corners.len()).map(|k| crate::geometry::point_segment_distance(p, sides(k).0, sides(k).1));
+        if holds(p) { -1.0 } else { sides.fold(f64::INFINITY, math::min) }
+    };
+    // Corners of the footprint to everything, and corners of the squares to the footprint.
+    let mut statics = corners.iter().map(|&corner| static_distance_m(grid, corner)).fold(f64::INFINITY, math::min);
+    for (index, _) in grid.occupied().iter().enumerate().filter(|&(_, &occupied)| occupied) {
+        let square = grid.square(grid.cell(index));
+        for corner in crate::geometry::convex::rectangle(square) {
+            statics = math::min(statics, to_point(corner));
+        }
+    }
+    let movers = movers.iter().map(|m| to_point(m.position) - m.radius_m());
+    (statics, movers.fold(f64::INFINITY, math::min))
+}
+
+#[test]
+fn clearances_of_a_footprint_agree_with_brute_force() {
+    let corners = [(0.45, 0.0), (0.3, 0.25), (-0.35, 0.25), (-0.35, -0.25), (0.3, -0.25)];
+    let footprint = Polygon::new(&corners.map(|(x, y)| Vec2::new(x, y))).unwrap();
+    let overhang_m = 0.08;
+    for disc in footprint.cover() {
+        let beyond = disc.radius_m + crate::geometry::convex::point_distance(footprint.corners(), disc.centre);
+        assert!(beyond <= overhang_m, "{beyond}");
+    }
+    let robot = Robot { radius_m: footprint.circumradius_m(), footprint: Some(footprint.clone()), ..Robot::default() };
+    let mut stream = EpisodeSeed { seed: 12, episode: 0 }.stream(Purpose::Planner, 0);
+    let (mut touched, mut free) = (0, 0);
+    for case in 0..150 {
+        let (belief, movers, pose, twist) = random_world(&mut stream);
+        let (at_static, at_mover) = footprint_gaps_m(belief.grid(), &movers, &footprint, pose);
+        if at_static < overhang_m + 0.1 || at_mover < overhang_m + 0.1 {
+            continue; // a start in contact has rules of its own
+        }
+        let prediction = if case % 2 == 0 { Prediction::Euler } else { Prediction::Arc };
+        let mut window = DynamicWindow::new(Settings {
+            prediction,
+            speed: Spacing::Count(2),
+            yaw_rate: Spacing::Count(3),
+            ..settings()
+        });
+        let rollouts = window.roll(&observe(&belief, &robot, pose, twist, &movers));
+        for i in 0..rollouts.len() {
+            let poses: Vec<Pose> = match prediction {
+                Prediction::Euler => euler(pose, rollouts.twist(i), 30),
+                Prediction::Arc => (1..=30).map(|k| pose.advance(rollouts.twist(i), 0.1 * f64::from(k))).collect(),
+            };
+            let gaps = poses.iter().map(|&pose| footprint_gaps_m(belief.grid(), &movers, &footprint, pose));
+            let (statics, mover) = gaps.reduce(|a, b| (math::min(a.0, b.0), math::min(a.1, b.1))).expect("30 poses");
+            if rollouts.touches(i) {
+                touched += 1;
+                let nearest = math::min(statics, mover);
+                assert!(nearest < overhang_m + 0.085, "no contact: {statics}, {mover}, {:?}", rollouts.twist(i));
+            } else {
+                free += 1;
+                for (found, truth, slack) in [
+                    (rollouts.static_clearance(i), statics, overhang_m + 0.085),
+                    (rollouts.mover_clearance(i), mover, overhang_m + 0.03),
+                ] {
+                    let truth = math::min(truth, 1.0);
+                    assert!(found.path_min_m <= truth + 1e-4, "{found:?} instead of {truth}");
+                    assert!(found.path_min_m >= truth - slack, "{found:?} instead of {truth}");
+                    assert!(found.path_min_m <= found.end_m);
+                }
+            }
+        }
+    }
+    assert!(touched > 80 && free > 80, "{touched} and {free}");
+}
+
+#[test]
+fn every_width_of_lanes_gives_the_same_bits() {
+    if !Width::widest().is_wide() {
+        eprintln!("skipped: this processor has no AVX2");
+        return;
+    }
+    let corners = [(0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2)];
+    let footprint = Polygon::new(&corners.map(|(x, y)| Vec2::new(x, y))).unwrap();
+    let disc = Robot::default();
+    let polygon = Robot { radius_m: footprint.circumradius_m(), footprint: Some(footprint), ..Robot::default() };
+    let mut stream = EpisodeSeed { seed: 13, episode: 0 }.stream(Purpose::Planner, 0);
+    for case in 0..400 {
+        let (belief, movers, pose, twist) = random_world(&mut stream);
+        let robot = if case % 2 == 0 { &disc } else { &polygon };
+        let settings = Settings {
+            prediction: if case % 3 == 0 { Prediction::Arc } else { Prediction::Euler },
+            predict_dynamic: case % 4 < 2,
+            ..settings()
+        };
+        let mut wide = DynamicWindow::new(settings.clone());
+        let mut plain = DynamicWindow { width: Width::PLAIN, ..DynamicWindow::new(settings) };
+        let observation = observe(&belief, robot, pose, twist, &movers);
+        let (wide, plain) = (wide.roll(&observation), plain.roll(&observation));
+        assert_eq!(wide.admissible, plain.admissible);
+        let bits = |rollouts: &Rollouts| {
+            let clearances = rollouts.statics.iter().chain(&rollouts.movers).flat_map(|c| [c.path_min_m, c.end_m]);
+            let ends = rollouts.end.iter().flat_map(|end| [end.x, end.y]);
+            clearances.chain(ends).chain(rollouts.free_s.iter().copied()).map(f64::to_bits).collect::<Vec<_>>()
+        };
+        assert_eq!(bits(wide), bits(plain));
+    }
+}
+
 #[test]
 fn a_wall_ahead_limits_the_free_arc() {
     // The wall's face is at x = 10; from x = 8 the disc of 0.25 m touches after 1.75 m.
