@@ -389,7 +389,7 @@ impl Setup {
         if !scene.has_a_fixed_task() {
             return None;
         }
-        metrics::shortest_m(scene, self.robot.radius_m, self.scenario.termination.goal_tolerance_m.get())
+        metrics::shortest_m(scene, self.robot.inscribed_radius_m(), self.scenario.termination.goal_tolerance_m.get())
     }
 
     fn drive(

@@ -2,8 +2,9 @@
 
 use crate::geometry::{Pose, Twist, Vec2, direction};
 use crate::math;
+use crate::robot::Robot;
 use crate::trace::{MoverState, Trace};
-use crate::world::Scene;
+use crate::world::{Mover, Scene};
 
 /// How far `ttc_min_s` looks ahead, s.
 pub const TTC_HORIZON_S: f64 = 10.0;
@@ -20,21 +21,26 @@ const STEPS_MAX: u32 = 1000;
 /// `encounters`: movers and unknown statics whose surface came within `encounter_m` of the footprint's edge
 /// at the end of some tick or at the beginning, each counted once. Neither direction is better: it tells
 /// how much there was to avoid. On failure, up to the end.
-pub fn encounters(scene: &Scene, radius_m: f64, trace: &Trace, encounter_m: f64) -> u32 {
-    let reach_m = radius_m + encounter_m;
-    let positions = || trace.ticks.iter().map(|tick| tick.pose.position);
+pub fn encounters(scene: &Scene, robot: &Robot, trace: &Trace, encounter_m: f64) -> u32 {
+    let reach_m = robot.radius_m + encounter_m;
+    let poses = || trace.ticks.iter().map(|tick| tick.pose);
+    // The circles around both are the cheap test that most ticks fail.
+    let is_near = |p: Vec2, q: Vec2, outer_m: f64| (p - q).norm() - outer_m <= reach_m;
     let movers = scene.movers.iter().enumerate().filter(|&(index, mover)| {
-        let met = |(row, p): (usize, Vec2)| {
+        let met = |(row, pose): (usize, Pose)| {
             let state = trace.movers_at(row)[index];
-            state.present && (state.position - p).norm() - mover.radius_m() <= reach_m
+            state.present
+                && is_near(pose.position, state.position, mover.radius_m())
+                && mover.gap_m(state.position, &robot.body(pose)) <= encounter_m
         };
-        positions().enumerate().any(met)
+        poses().enumerate().any(met)
     });
     let statics = scene.unknown_static.iter().filter(|obstacle| {
         let outer_m = obstacle.shape().circumradius_m();
-        // The circle around it is the cheap test that most ticks fail.
-        positions()
-            .any(|p| (p - obstacle.pose().position).norm() - outer_m <= reach_m && obstacle.distance_m(p) <= reach_m)
+        poses().any(|pose| {
+            is_near(pose.position, obstacle.pose().position, outer_m)
+                && obstacle.gap_m(&robot.body(pose)) <= encounter_m
+        })
     });
     (movers.count() + statics.count()) as u32
 }
@@ -42,24 +48,54 @@ pub fn encounters(scene: &Scene, radius_m: f64, trace: &Trace, encounter_m: f64)
 /// `ttc_min_s`: the smallest time to collision with a mover over all ticks, s; more is better.
 ///
 /// At the end of each tick the robot is carried on along the exact arc of its true twist and each mover in a
-/// straight line at its velocity; the time to collision is the first at which the discs touch
+/// straight line at its velocity; the time to collision is the first at which their outlines touch
 /// (J. C. Hayward, Near miss determination through use of a scale of danger, 1972; here in the plane). 0 where they
 /// touch already. Undefined if nothing would touch within [`TTC_HORIZON_S`]. On failure, up to the end.
-pub fn ttc_min_s(scene: &Scene, radius_m: f64, trace: &Trace) -> Option<f64> {
+pub fn ttc_min_s(scene: &Scene, robot: &Robot, trace: &Trace) -> Option<f64> {
     // Each finding shortens the horizon of all later looks, which rules most movers out by distance alone.
     let mut least = None;
     let mut horizon_s = TTC_HORIZON_S;
     for (row, tick) in trace.ticks.iter().enumerate() {
         for (state, mover) in trace.movers_at(row).iter().zip(&scene.movers) {
             if state.present
-                && let Some(time_s) =
-                    time_to_touch_s(tick.pose, tick.twist, state, radius_m + mover.radius_m(), horizon_s)
+                && let Some(time_s) = time_to_collision_s(robot, tick.pose, tick.twist, mover, state, horizon_s)
             {
                 (least, horizon_s) = (Some(time_s), time_s);
             }
         }
     }
     least
+}
+
+/// When a robot at constant twist and a mover at constant velocity first touch, s; `None` if not before `horizon_s`.
+///
+/// The discs around both come first: they cannot touch later than the outlines. From there on, where one is a polygon, the
+/// outlines, by conservative advancement on their exact distance: to a millimetre.
+fn time_to_collision_s(
+    robot: &Robot,
+    pose: Pose,
+    twist: Twist,
+    mover: &Mover,
+    state: &MoverState,
+    horizon_s: f64,
+) -> Option<f64> {
+    const NEAR_M: f64 = 1e-3;
+    let mut t = time_to_touch_s(pose, twist, state, robot.radius_m + mover.radius_m(), horizon_s)?;
+    if robot.footprint.is_none() && mover.outline.corners(Vec2::zeros()).is_none() {
+        return Some(t);
+    }
+    let rate = twist.v.abs() + twist.omega.abs() * robot.radius_m + state.velocity.norm();
+    for _ in 0..STEPS_MAX {
+        let gap_m = mover.gap_m(state.position + state.velocity * t, &robot.body(pose.advance(twist, t)));
+        if gap_m <= NEAR_M {
+            return Some(t);
+        }
+        t += gap_m / rate;
+        if t >= horizon_s {
+            return None;
+        }
+    }
+    Some(t)
 }
 
 /// When the centres of a robot at constant twist and a mover at constant velocity first come within `reach_m`,
@@ -110,8 +146,9 @@ fn time_to_touch_s(robot: Pose, twist: Twist, mover: &MoverState, reach_m: f64, 
 mod tests {
     use super::super::tests::{drive, mover, scene_with};
     use super::*;
+    use crate::geometry::convex::Polygon;
     use crate::rng::{EpisodeSeed, Purpose};
-    use crate::world::{Shape, UnknownStatic};
+    use crate::world::{Outline, Shape, UnknownStatic};
 
     const STILL: Pose = Pose { position: Vec2::new(0.0, 0.0), theta: 0.0 };
 
@@ -170,6 +207,30 @@ mod tests {
     }
 
     #[test]
+    fn footprints_count_with_their_corners() {
+        let half = |x: f64, y: f64| {
+            Polygon::new(&[(x, y), (-x, y), (-x, -y), (x, -y)].map(|(x, y)| Vec2::new(x, y))).expect("convex")
+        };
+        let footprint = half(0.4, 0.2);
+        let robot = Robot { radius_m: footprint.circumradius_m(), footprint: Some(footprint), ..Robot::default() };
+        let outline = Outline::new(Shape::Polygon(half(0.3, 0.1)), 0.0);
+        let cart = |x: f64, y: f64| Mover::with_outline(Vec2::new(x, y), Vec2::zeros(), outline.clone());
+        let ttc = |mover: &Mover| {
+            let state = MoverState { position: mover.position, velocity: mover.velocity, present: true };
+            time_to_collision_s(&robot, STILL, Twist { v: 1.0, omega: 0.0 }, mover, &state, TTC_HORIZON_S)
+        };
+        // Face to face: 5 − 0.4 − 0.3 = 4.3 m at 1 m/s. Beside each other: 0.35 − 0.2 − 0.1 = 5 cm, where the discs would touch.
+        assert!(ttc(&cart(5.0, 0.0)).is_some_and(|time| (4.299..=4.3).contains(&time)));
+        assert_eq!(ttc(&cart(5.0, 0.35)), None);
+        // A robot that stands, 5 m from the cart's centre: 4.3 m between the surfaces.
+        let scene = scene_with(vec![cart(5.0, 0.0)], Vec::new());
+        let state = MoverState { position: Vec2::new(5.0, 0.0), velocity: Vec2::zeros(), present: true };
+        let trace = Trace { ticks: drive(STILL, &[]), movers: vec![state], mover_count: 1, ..Trace::default() };
+        assert_eq!(encounters(&scene, &robot, &trace, 4.29), 0);
+        assert_eq!(encounters(&scene, &robot, &trace, 4.31), 1);
+    }
+
+    #[test]
     fn advancement_agrees_with_fine_steps() {
         // Fine steps of 1 ms: no touch may come before the time found, and one must come with it.
         let mut draws = EpisodeSeed { seed: 3, episode: 0 }.stream(Purpose::Dynamic, 0);
@@ -206,23 +267,23 @@ mod tests {
             .map(|(p, v)| mover(Vec2::new(p.0, p.1), Vec2::new(v.0, v.1), 0.3));
         let mut scene = scene_with(movers.to_vec(), Vec::new());
         let ticks = drive(STILL, &[Twist { v: 1.0, omega: 0.0 }; 10]);
-        let state = |m: &crate::world::Mover, row: usize| MoverState {
+        let state = |m: &Mover, row: usize| MoverState {
             position: m.position + m.velocity * (row as f64 * 0.1),
             velocity: m.velocity,
             present: true,
         };
         let states = (0..=10).flat_map(|row| movers.iter().map(move |m| state(m, row)).collect::<Vec<_>>()).collect();
         let trace = Trace { ticks, movers: states, mover_count: 2, ..Trace::default() };
-        assert!(near(ttc_min_s(&scene, 0.25, &trace), 6.45));
+        assert!(near(ttc_min_s(&scene, &Robot::default(), &trace), 6.45));
         // Surfaces: A 2 − 0.55 = 1.45 m off at first; B 6.45 m at best.
-        assert_eq!(encounters(&scene, 0.25, &trace, 1.44), 0);
-        assert_eq!(encounters(&scene, 0.25, &trace, 1.46), 1);
-        assert_eq!(encounters(&scene, 0.25, &trace, 6.46), 2);
+        assert_eq!(encounters(&scene, &Robot::default(), &trace, 1.44), 0);
+        assert_eq!(encounters(&scene, &Robot::default(), &trace, 1.46), 1);
+        assert_eq!(encounters(&scene, &Robot::default(), &trace, 6.46), 2);
         // A pallet turned by 90°: 0.4 m half-side now towards the path's end (1, 0); its edge is at y = 2 − 0.4 = 1.6,
         // 1.35 m from the footprint. Unturned it would be 2 − 0.1 − 0.25 = 1.65 m.
         let shape = Shape::Rectangle { half_m: Vec2::new(0.4, 0.1) };
         scene.unknown_static = vec![UnknownStatic::new(Pose::new(1.0, 2.0, math::FRAC_PI_2), shape)];
-        assert_eq!(encounters(&scene, 0.25, &trace, 1.34), 0);
-        assert_eq!(encounters(&scene, 0.25, &trace, 1.36), 1);
+        assert_eq!(encounters(&scene, &Robot::default(), &trace, 1.34), 0);
+        assert_eq!(encounters(&scene, &Robot::default(), &trace, 1.36), 1);
     }
 }

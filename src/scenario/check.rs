@@ -151,7 +151,7 @@ impl Scenario {
                 ScenarioError::new(format!("`{}`: {}", error.key, error.message)).key(KeyPath::parse(&error.key));
             match (error.key.as_str(), start, goal) {
                 ("start", Some(place), _) | ("goal", _, Some(place)) => {
-                    nearest_fit(refused, &map, place, robot.radius_m)
+                    nearest_fit(refused, &map, place, robot.inscribed_radius_m())
                 }
                 (key, ..) if key.ends_with(".position") || key.ends_with(".pose") => {
                     refused.help("move it to free floor")
@@ -184,7 +184,7 @@ impl Scenario {
                 (0..grid.occupied().len()).map(|index| planning.is_passable(grid.cell(index))).collect();
             Components::new(grid, &passable).connected(grid.index(start), grid.index(goal))
         };
-        let inflation_m = self.planning.inflation_m(self.robot.radius_m.get());
+        let inflation_m = self.planning.inflation_m(Robot::new(&self.robot, &self.limits).radius_m);
         if is_way(inflation_m) {
             return Ok(());
         }

@@ -42,7 +42,7 @@ mod truth;
 
 pub use generate::{Infeasible, SceneError};
 pub use motion::{Irregular, Motion, Patrol, Replay, Sample};
-pub use obstacle::{Mover, Shape, UnknownStatic};
+pub use obstacle::{Mover, Outline, Shape, UnknownStatic};
 pub use recording::Recording;
 pub use scene::{ObstacleKind, Scene};
 pub use script::{Change, Event};

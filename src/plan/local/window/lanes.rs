@@ -93,16 +93,16 @@ macro_rules! plain {
             #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
                 for lane in 0..LANES {
-                    self.0[lane] = self.0[lane] $operator other.0[lane];
+                    self.0[lane] $operator other.0[lane];
                 }
                 self
             }
         }
     };
 }
-plain!(Add add +);
-plain!(Sub sub -);
-plain!(Mul mul *);
+plain!(Add add +=);
+plain!(Sub sub -=);
+plain!(Mul mul *=);
 
 impl Lanes for Plain {
     #[inline(always)]
@@ -144,8 +144,8 @@ impl Lanes for Plain {
     #[inline(always)]
     fn look_up(self, table: &[[f32; 4]]) -> [Self; 4] {
         let mut index = [0; LANES];
-        for lane in 0..LANES {
-            index[lane] = self.0[lane].to_bits() & MANTISSA;
+        for (index, number) in index.iter_mut().zip(self.0) {
+            *index = number.to_bits() & MANTISSA;
         }
         let [mut a, mut b, mut c, mut d] = [[0.0; LANES]; 4];
         for lane in 0..LANES {
