@@ -50,7 +50,7 @@ impl Polygon {
     pub fn new(corners: &[Vec2]) -> Result<Self, String> {
         let count = corners.len();
         if !(3..=CORNERS_MAX).contains(&count) {
-            return Err(format!("expected 3 to {CORNERS_MAX} corners, found {count}"));
+            return Err(format!("expected 3 to {CORNERS_MAX} corners, not {count}"));
         }
         let area: f64 = edges(corners).map(|(a, b)| cross(a, b)).sum();
         let corners: Vec<Vec2> = if area < 0.0 { corners.iter().rev().copied().collect() } else { corners.to_vec() };
@@ -62,14 +62,14 @@ impl Polygon {
             let turn = cross(ab, bc);
             if turn <= STRAIGHT_M * (ab.norm() + bc.norm()) {
                 return Err(format!(
-                    "expected corners of a convex outline in order, found no bend outwards at [{}, {}]",
+                    "expected the corners of a convex outline in order: it does not bend outwards at [{}, {}]",
                     b.x, b.y
                 ));
             }
             round += math::atan2(turn, ab.dot(&bc));
         }
         if round > 1.5 * math::TAU {
-            return Err("expected a convex outline, found one that winds round more than once".to_owned());
+            return Err("expected a convex outline: this one winds round more than once".to_owned());
         }
         let inradius_m = -point_distance(&corners, Vec2::zeros());
         if inradius_m <= STRAIGHT_M {

@@ -82,7 +82,7 @@ impl Canvas {
     }
 
     fn open(&self, caption: &Caption) -> String {
-        let width = math::max(self.width_px + 2.0 * MARGIN_PX, 620.0);
+        let width = math::max(self.width_px + 2.0 * MARGIN_PX, 800.0);
         let height = self.height_px + HEADER_PX + FOOTER_PX;
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \

@@ -150,6 +150,9 @@ impl Scenario {
             let refused =
                 ScenarioError::new(format!("`{}`: {}", error.key, error.message)).key(KeyPath::parse(&error.key));
             match (error.key.as_str(), start, goal) {
+                ("start", ..) if robot.footprint.is_some() => {
+                    refused.help("give it another heading, or a place with more room")
+                }
                 ("start", Some(place), _) | ("goal", _, Some(place)) => {
                     nearest_fit(refused, &map, place, robot.inscribed_radius_m())
                 }

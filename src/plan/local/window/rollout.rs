@@ -50,9 +50,8 @@ impl Part {
         let [x, y] = self.centre;
         let away = (x * x + y * y).sqrt();
         let mut step = block.step;
-        for lane in 0..LANES {
-            let (c, s) = (block.turn[0][lane] - 1.0, block.turn[1][lane]);
-            step[lane] = step[lane].abs() + away * (c * c + s * s).sqrt();
+        for ((step, cos), sin) in step.iter_mut().zip(block.turn[0]).zip(block.turn[1]) {
+            *step = step.abs() + away * ((cos - 1.0) * (cos - 1.0) + sin * sin).sqrt();
         }
         step
     }

@@ -262,6 +262,7 @@ fn clearances_of_a_footprint_agree_with_brute_force() {
 }
 
 #[test]
+#[expect(clippy::print_stderr, reason = "a test that is skipped says so")]
 fn every_width_of_lanes_gives_the_same_bits() {
     if !Width::widest().is_wide() {
         eprintln!("skipped: this processor has no AVX2");
