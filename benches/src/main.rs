@@ -11,6 +11,7 @@
 
 mod decision;
 mod floor;
+mod grid;
 mod measure;
 mod scenes;
 mod tick;
@@ -29,6 +30,9 @@ pub struct Settings {
     /// Prints the names of all rows.
     #[arg(long)]
     list: bool,
+    /// Answers the queries of `benches/scenes` once with a planner of grids, to count instructions.
+    #[arg(long, value_name = "PLANNER")]
+    once: Option<String>,
     /// Pairs of measurements of each row.
     #[arg(long, default_value_t = 7)]
     pairs: usize,
@@ -105,7 +109,7 @@ impl Line {
 }
 
 /// All rows.
-const TABLE: &[&[Row]] = &[decision::ROWS, tick::ROWS];
+const TABLE: &[&[Row]] = &[grid::ROWS, decision::ROWS, tick::ROWS];
 
 fn main() -> ExitCode {
     let settings = Settings::parse();
@@ -117,6 +121,15 @@ fn main() -> ExitCode {
             println!("{:<28} {}", row.name, row.what);
         }
         return ExitCode::SUCCESS;
+    }
+    if let Some(planner) = &settings.once {
+        return match grid::once(planner) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => {
+                eprintln!("{error}");
+                ExitCode::FAILURE
+            }
+        };
     }
     if let Err(error) = pin(settings.core) {
         eprintln!("not pinned to core {}: {error}", settings.core);

@@ -1,7 +1,8 @@
 //! The planning grid: where the centre of the robot may be, and who sees whom.
 //!
 //! One byte per cell in a flat row-major array with a border of one blocked cell all around, so
-//! that neither searches nor lines of sight ever test for the edge of the map.
+//! that neither searches nor lines of sight ever test for the edge of the map. A second byte says which
+//! of its eight neighbours are passable, so that a search looks at one place to know where it can go.
 
 use crate::geometry::{Rect, Vec2, point_segment_distance};
 use crate::map::{Cell, DistanceField, OccupancyGrid, SIDE_MAX};
@@ -35,6 +36,12 @@ pub const ESCAPE_FACTOR: u32 = 10;
 /// [`SIDE_MAX`] cells stay below 2⁶¹.
 const UNITS_PER_CELL: i64 = 1 << 16;
 
+/// Binary places of the factor that stands for a division by the stride.
+///
+/// It is too large by less than 2^-44, hence a quotient by less than 2^(29 - 44): an index has 29 bits. The next whole
+/// number is at least 1 / stride > 2^-15 away, so rounding down gives the row. Products stay below 2^59.
+const ROW_BITS: u32 = 44;
+
 /// Slack of comparisons between distances, m: what rounding may take from an exact clearance.
 const DISTANCE_SLACK_M: f64 = 1e-9;
 
@@ -46,6 +53,10 @@ pub struct PlanningGrid {
     resolution_m: f64,
     /// Padded, row-major, `(cols + 2) * (rows + 2)`.
     cells: Vec<u8>,
+    /// Bit k: the neighbour in direction k (E, NE, N, NW, W, SW, S, SE) is passable. Padded like `cells`; 0 in the border.
+    around: Vec<u8>,
+    /// 2^[`ROW_BITS`] / stride, rounded up.
+    row_factor: u64,
     /// The last escape zone opened; empty where there is none. Kept for its memory.
     zone: Vec<u32>,
 }
@@ -73,9 +84,10 @@ impl PlanningGrid {
         self.rows = grid.rows();
         self.resolution_m = grid.resolution_m();
         self.zone.clear();
-        self.cells.clear();
-        self.cells.resize(self.stride() * (self.rows as usize + 2), BLOCKED);
         let stride = self.stride();
+        self.row_factor = (1u64 << ROW_BITS).div_ceil(stride as u64);
+        self.cells.clear();
+        self.cells.resize(stride * (self.rows as usize + 2), BLOCKED);
         let padded_rows = self.cells[stride..].chunks_exact_mut(stride);
         for (row, (padded, occupied)) in padded_rows.zip(grid.occupied().chunks_exact(grid.cols() as usize)).enumerate()
         {
@@ -87,6 +99,31 @@ impl PlanningGrid {
                 if !(occupied || inflation_m > 0.0 && near()) {
                     *cell = PASSABLE;
                 }
+            }
+        }
+        self.around.clear();
+        self.around.resize(self.cells.len(), 0);
+        self.look_around(0..self.rows as usize);
+    }
+
+    /// Works out which neighbours are passable for the cells of some rows of the map.
+    fn look_around(&mut self, rows: core::ops::Range<usize>) {
+        let stride = self.stride();
+        let (begin, end) = (rows.start * stride, rows.end * stride);
+        let line = |after: usize| self.cells[begin + after..].chunks_exact(stride);
+        let lines = line(0).zip(line(stride)).zip(line(2 * stride));
+        let around = self.around[begin + stride..end + stride].chunks_exact_mut(stride);
+        for (((below, here), above), around) in lines.zip(around) {
+            for col in 1..stride - 1 {
+                let bit = |cell: u8, direction: u32| (cell & PASSABLE) << direction;
+                around[col] = bit(here[col + 1], 0)
+                    | bit(above[col + 1], 1)
+                    | bit(above[col], 2)
+                    | bit(above[col - 1], 3)
+                    | bit(here[col - 1], 4)
+                    | bit(below[col - 1], 5)
+                    | bit(below[col], 6)
+                    | bit(below[col + 1], 7);
             }
         }
     }
@@ -134,6 +171,10 @@ impl PlanningGrid {
             let beyond = reached_free_space && layer.contains(&at);
             self.cells[index as usize] = if beyond { BLOCKED } else { PASSABLE | ESCAPE };
         }
+        // The rows of the zone, and the one on either side.
+        let rows = zone.iter().map(|&index| self.cell(index).row as usize);
+        let (first, last) = rows.fold((usize::MAX, 0), |(first, last), row| (first.min(row), last.max(row)));
+        self.look_around(first.saturating_sub(1)..(last + 2).min(self.rows as usize));
         self.zone = zone;
     }
 
@@ -321,6 +362,11 @@ impl PlanningGrid {
         &self.cells
     }
 
+    /// The passable neighbours of each cell of the padded array: bit k is the one in direction k.
+    pub(super) fn around(&self) -> &[u8] {
+        &self.around
+    }
+
     /// Index in the padded array; for a cell of the map or its border.
     pub(super) fn index(&self, cell: Cell) -> u32 {
         (cell.row + 1) as u32 * self.stride() as u32 + (cell.col + 1) as u32
@@ -328,8 +374,8 @@ impl PlanningGrid {
 
     /// The cell of an index of the padded array.
     pub(super) fn cell(&self, index: u32) -> Cell {
-        let stride = self.stride() as u32;
-        Cell { col: (index % stride) as i32 - 1, row: (index / stride) as i32 - 1 }
+        let row = ((u64::from(index) * self.row_factor) >> ROW_BITS) as u32;
+        Cell { col: (index - row * self.stride() as u32) as i32 - 1, row: row as i32 - 1 }
     }
 }
 

@@ -14,7 +14,10 @@
 //!
 //! Departures: none; the heuristic of the papers differs (gao, zhu, qin, hu: `euclidean`; zhao: `manhattan`).
 
-use super::search::{Arrival, CornerRule, Heuristic, Moves, Rule, Steps, Visit, Workspace};
+use super::search::{
+    Arrival, CornerRule, Heuristic, MoveTable, Moves, RealEntry, Rule, Steps, Ticks, Visit, WholeEntry, WholeSteps,
+    Workspace,
+};
 use super::{Entry, GlobalPlanner, Problem, Search};
 use crate::map::Cell;
 use schemars::JsonSchema;
@@ -41,19 +44,56 @@ pub const ENTRY: Entry = Entry {
 #[derive(Debug)]
 pub struct Planner {
     params: Params,
-    workspace: Workspace<Steps>,
+    /// For the octile distance, whose f is a number of steps.
+    whole: Workspace<Ticks, WholeEntry>,
+    /// For the other estimates.
+    real: Workspace<Steps, RealEntry>,
 }
 
 impl Planner {
     /// A fresh planner.
     pub fn new(params: &Params) -> Self {
-        Self { params: params.clone(), workspace: Workspace::default() }
+        Self { params: params.clone(), whole: Workspace::default(), real: Workspace::default() }
     }
 }
 
 impl GlobalPlanner for Planner {
     fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
-        self.workspace.search(&CostPlusEstimate { problem, params: &self.params }, problem, path)
+        if self.params.heuristic == Heuristic::Octile {
+            self.whole.search(&CostPlusOctile::new(problem, self.params.corner_rule), problem, path)
+        } else {
+            self.real.search(&CostPlusEstimate { problem, params: &self.params }, problem, path)
+        }
+    }
+}
+
+/// A* with the octile distance as a rule of the search core, for one problem: [`CostPlusEstimate`] in whole steps.
+pub(super) struct CostPlusOctile<'a> {
+    problem: &'a Problem<'a>,
+    moves: &'static MoveTable,
+}
+
+impl<'a> CostPlusOctile<'a> {
+    pub fn new(problem: &'a Problem<'a>, corner_rule: CornerRule) -> Self {
+        Self { problem, moves: MoveTable::worthwhile(problem.grid, corner_rule) }
+    }
+}
+
+impl Rule for CostPlusOctile<'_> {
+    type Cost = Ticks;
+    type Priority = WholeSteps;
+
+    fn reopens(&self) -> bool {
+        true // there is no cheaper one
+    }
+
+    fn moves(&self, from: &Visit<Ticks>) -> Moves {
+        self.moves.after(from.arrived_by, self.problem.grid, from.index)
+    }
+
+    fn priority(&self, arrival: Arrival<Ticks>) -> WholeSteps {
+        let h = Ticks::octile(arrival.cell, self.problem.goal);
+        WholeSteps { f: Ticks(arrival.g.0 + h.0), h }
     }
 }
 
@@ -65,6 +105,7 @@ pub(super) struct CostPlusEstimate<'a> {
 
 impl Rule for CostPlusEstimate<'_> {
     type Cost = Steps;
+    type Priority = f64;
 
     fn reopens(&self) -> bool {
         !self.params.heuristic.is_consistent()

@@ -9,7 +9,9 @@
 //!
 //! When to use it: as a baseline. [`a_star`](super::a_star) finds paths of the same length with fewer expansions.
 
-use super::search::{Arrival, CornerRule, Cost, Moves, Rule, Steps, Visit, Workspace};
+use super::search::{
+    Arrival, CornerRule, Cost, MoveTable, Moves, Rule, Ticks, Visit, WholeEntry, WholeSteps, Workspace,
+};
 use super::{Entry, GlobalPlanner, PlanningGrid, Problem, Search};
 use crate::map::Cell;
 use schemars::JsonSchema;
@@ -33,7 +35,7 @@ pub const ENTRY: Entry = Entry {
 #[derive(Debug)]
 pub struct Planner {
     params: Params,
-    workspace: Workspace<Steps>,
+    workspace: Workspace<Ticks, WholeEntry>,
 }
 
 impl Planner {
@@ -45,28 +47,30 @@ impl Planner {
 
 impl GlobalPlanner for Planner {
     fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
-        let rule = UniformCost { grid: problem.grid, corner_rule: self.params.corner_rule };
+        let grid = problem.grid;
+        let rule = UniformCost { grid, moves: MoveTable::worthwhile(grid, self.params.corner_rule) };
         self.workspace.search(&rule, problem, path)
     }
 }
 
 struct UniformCost<'a> {
     grid: &'a PlanningGrid,
-    corner_rule: CornerRule,
+    moves: &'static MoveTable,
 }
 
 impl Rule for UniformCost<'_> {
-    type Cost = Steps;
+    type Cost = Ticks;
+    type Priority = WholeSteps;
 
     fn reopens(&self) -> bool {
-        false // steps cost something, so a node is expanded at its smallest cost
+        true // steps cost something, so a node is expanded at its smallest cost: there is no cheaper one
     }
 
-    fn moves(&self, from: &Visit<Steps>) -> Moves {
-        Moves::worthwhile(self.grid, from.index, self.corner_rule, from.arrived_by)
+    fn moves(&self, from: &Visit<Ticks>) -> Moves {
+        self.moves.after(from.arrived_by, self.grid, from.index)
     }
 
-    fn priority(&self, arrival: Arrival<Steps>) -> f64 {
-        arrival.g.value()
+    fn priority(&self, arrival: Arrival<Ticks>) -> WholeSteps {
+        WholeSteps { f: arrival.g, h: Ticks::ZERO }
     }
 }

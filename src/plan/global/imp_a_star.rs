@@ -32,7 +32,7 @@
 //!
 //! Parameters: [`Params`].
 
-use super::search::{Arrival, CornerRule, Cost, Moves, Rule, Steps, Visit, Workspace};
+use super::search::{Arrival, CornerRule, Cost, Moves, RealEntry, Rule, Steps, Visit, Workspace};
 use super::{Entry, GlobalPlanner, PlanningGrid, Problem, Search};
 use crate::geometry::Vec2;
 use crate::map::Cell;
@@ -103,7 +103,7 @@ pub const ENTRY: Entry = Entry {
 #[derive(Debug)]
 pub struct Planner {
     params: Params,
-    workspace: Workspace<Steps>,
+    workspace: Workspace<Steps, RealEntry>,
 }
 
 impl Planner {
@@ -169,6 +169,7 @@ impl<'a> Leaning<'a> {
 
 impl Rule for Leaning<'_> {
     type Cost = Steps;
+    type Priority = f64;
 
     fn reopens(&self) -> bool {
         true
@@ -221,7 +222,7 @@ mod tests {
             let mut moves = Moves::allowed(&grid, grid.index(at(index - 1)), CornerRule::Forbid);
             moves.find(|step| step.from(at(index - 1)) == at(index)).expect("neighbours")
         });
-        let from = Visit { index: 0, cell: at(index), g: Steps::default(), parent: 0, arrived_by };
+        let from = Visit { index: 0, cell: at(index), parent: (), arrived_by };
         let g = Steps { straight: way.len() as u32, diagonal: 0 };
         rule.priority(Arrival { cell, g, from: Some(from) })
     }

@@ -19,7 +19,9 @@
 //!
 //! Parameters: [`Params`].
 
-use super::search::{Arrival, CornerRule, Cost, Moves, Rule, Steps, Visit, Workspace};
+use super::search::{
+    Arrival, CornerRule, Cost, MoveTable, Moves, Rule, Ticks, Visit, WholeEntry, WholeSteps, Workspace,
+};
 use super::{Entry, GlobalPlanner, PlanningGrid, Problem, Search};
 use crate::map::Cell;
 use schemars::JsonSchema;
@@ -44,7 +46,7 @@ pub const ENTRY: Entry = Entry {
 #[derive(Debug)]
 pub struct Planner {
     params: Params,
-    workspace: Workspace<Steps>,
+    workspace: Workspace<Ticks, WholeEntry>,
 }
 
 impl Planner {
@@ -56,29 +58,31 @@ impl Planner {
 
 impl GlobalPlanner for Planner {
     fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
-        let rule = WithoutSymmetry { grid: problem.grid, corner_rule: self.params.corner_rule };
+        let grid = problem.grid;
+        let rule = WithoutSymmetry { grid, moves: MoveTable::natural_and_forced(grid, self.params.corner_rule) };
         self.workspace.search(&rule, problem, path)
     }
 }
 
 struct WithoutSymmetry<'a> {
     grid: &'a PlanningGrid,
-    corner_rule: CornerRule,
+    moves: &'static MoveTable,
 }
 
 impl Rule for WithoutSymmetry<'_> {
-    type Cost = Steps;
+    type Cost = Ticks;
+    type Priority = WholeSteps;
 
     fn reopens(&self) -> bool {
-        false // a node is expanded at its smallest cost
+        true // a node is expanded at its smallest cost: there is no cheaper one
     }
 
-    fn moves(&self, from: &Visit<Steps>) -> Moves {
-        Moves::natural_and_forced(self.grid, from.index, self.corner_rule, from.arrived_by)
+    fn moves(&self, from: &Visit<Ticks>) -> Moves {
+        self.moves.after(from.arrived_by, self.grid, from.index)
     }
 
-    fn priority(&self, arrival: Arrival<Steps>) -> f64 {
-        arrival.g.value()
+    fn priority(&self, arrival: Arrival<Ticks>) -> WholeSteps {
+        WholeSteps { f: arrival.g, h: Ticks::ZERO }
     }
 }
 

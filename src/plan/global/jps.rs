@@ -34,8 +34,8 @@
 //!
 //! When to use it: wherever only the length of the path counts. On maps with many single obstacles it gains least.
 
-use super::a_star::{self, CostPlusEstimate};
-use super::search::{CornerRule, Cost, Heuristic, Move, Moves, Steps, Workspace};
+use super::a_star::CostPlusOctile;
+use super::search::{CornerRule, Cost, Heuristic, Move, Moves, Steps, Ticks, WholeEntry, Workspace};
 use super::{Entry, GlobalPlanner, PlanFailure, PlanningGrid, Problem, Search};
 use crate::map::Cell;
 use crate::plan::grid::PASSABLE;
@@ -68,7 +68,7 @@ pub struct Planner {
     open: BinaryHeap<Reverse<Entrant>>,
     pushed: u64,
     /// For grids with escape zones.
-    plain: Workspace<Steps>,
+    plain: Workspace<Ticks, WholeEntry>,
 }
 
 /// What is known of a cell.
@@ -182,8 +182,7 @@ impl GlobalPlanner for Planner {
     fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
         let grid = problem.grid;
         if grid.has_escape_zone() {
-            let params = a_star::Params { heuristic: Heuristic::Octile, corner_rule: CornerRule::Forbid };
-            return self.plain.search(&CostPlusEstimate { problem, params: &params }, problem, path);
+            return self.plain.search(&CostPlusOctile::new(problem, CornerRule::Forbid), problem, path);
         }
         path.clear();
         if let Err(failure) = problem.check_ends() {

@@ -18,8 +18,8 @@
 //! closed nodes are final; an equal cost never replaces a connection. The goal that ends a search is
 //! not expanded, and an entry made worthless by a cheaper one is neither expanded nor counted.
 //!
-//! **Memory.** One record of 16 bytes per padded cell, and the open list. Nothing is cleared between
-//! searches: a record is valid if it bears the stamp of the current search. Both grow to the
+//! **Memory.** One record of 12 bytes per padded cell (16 for real-valued costs), and the open list. Nothing is
+//! cleared between searches: a record is valid if it bears the stamp of the current search. Both grow to the
 //! largest map met and are kept.
 //!
 //! **Cost.** Planners of grid paths keep g as two counts ([`Steps`]), so equal paths have equal keys
@@ -33,35 +33,34 @@ mod open;
 mod tests;
 
 pub use cost::Heuristic;
-pub(super) use cost::{Cost, Steps};
+pub(super) use cost::{Cost, Steps, Ticks};
 pub(super) use marks::Marks;
 pub use moves::CornerRule;
-pub(super) use moves::{Move, Moves};
+pub(super) use moves::{Move, MoveTable, Moves};
+pub(super) use open::{Priority, RealEntry, WholeEntry, WholeSteps};
 
 use super::{PlanFailure, Problem, Search};
 use crate::map::Cell;
 use crate::plan::PlanningGrid;
 use crate::plan::grid::{ESCAPE, ESCAPE_FACTOR};
-use open::{Open, Popped};
+use open::{Entry, Open};
 
 /// A node that is being expanded.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Visit<C> {
+pub(super) struct Visit<C: Cost> {
     /// Its index in the padded grid.
     pub index: u32,
     /// Its cell.
     pub cell: Cell,
-    /// Cost from the start.
-    pub g: C,
-    /// Index of the node that it is connected to; its own for the start.
-    pub parent: u32,
+    /// What it keeps of the node that it is connected to.
+    pub parent: C::Parent,
     /// The move that led to it, none for the start.
     pub arrived_by: Option<Move>,
 }
 
 /// A node that is about to be pushed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Arrival<C> {
+pub(super) struct Arrival<C: Cost> {
     /// Its cell.
     pub cell: Cell,
     /// Cost from the start.
@@ -74,9 +73,11 @@ pub(super) struct Arrival<C> {
 pub(super) trait Rule {
     /// How costs are kept.
     type Cost: Cost;
+    /// How f is kept.
+    type Priority: Priority<Self::Cost>;
 
-    /// Whether a closed node is opened again when a cheaper connection is found. Where closed nodes
-    /// are cheapest already, `false` saves the comparison.
+    /// Whether a closed node is opened again when a cheaper connection is found. Where there is none, either will do:
+    /// `false` saves connecting the node, `true` a branch.
     fn reopens(&self) -> bool;
 
     /// The moves to try from a node.
@@ -85,17 +86,17 @@ pub(super) trait Rule {
     /// Parent and cost of the node that `step` leads to from `from`, where a plain step costs `stepped`.
     fn connect(
         &self,
-        nodes: &Workspace<Self::Cost>,
+        nodes: &Nodes<Self::Cost>,
         from: &Visit<Self::Cost>,
         step: Move,
         stepped: Self::Cost,
-    ) -> (u32, Self::Cost) {
+    ) -> (<Self::Cost as Cost>::Parent, Self::Cost) {
         let _ = (nodes, step);
-        (from.index, stepped)
+        (Self::Cost::parent(from.index), stepped)
     }
 
     /// f: the node with the smallest is expanded first.
-    fn priority(&self, arrival: Arrival<Self::Cost>) -> f64;
+    fn priority(&self, arrival: Arrival<Self::Cost>) -> Self::Priority;
 }
 
 /// How many times its plain cost a step costs, given the bits of the cells at both its ends, joined by or.
@@ -105,35 +106,103 @@ pub(super) fn step_factor(bits: u8) -> u32 {
 
 /// What is known of a cell.
 #[derive(Clone, Copy, Debug)]
-struct Node<C> {
+struct Node<C: Cost> {
     g: C,
-    parent: u32,
-    /// Even: opened in the search with that stamp; one more: closed in it. Smaller: not met in it.
-    stamp: u32,
+    parent: C::Parent,
+    state: State,
+}
+
+/// The stamp of the search that met a node, whether it is closed, and the move that led to it: the larger, the more
+/// is known in the current search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct State(u32);
+
+impl State {
+    const UNMET: Self = Self(0);
+    /// Beside the direction of a move, in the four lowest bits.
+    const NO_MOVE: u32 = 8;
+    const CLOSED: u32 = 16;
+    const ONE_SEARCH: u32 = 32;
+
+    /// The state of a node that is open, reached by a move; the start by none.
+    fn opened(self, by: Option<Move>) -> Self {
+        Self(self.0 | by.map_or(Self::NO_MOVE, |step| step.direction() as u32))
+    }
+
+    fn closed(self) -> Self {
+        Self(self.0 | Self::CLOSED)
+    }
+
+    fn arrived_by(self) -> Option<Move> {
+        Move::of_direction(self.0 % Self::CLOSED)
+    }
+}
+
+/// What is known of all cells.
+#[derive(Debug)]
+pub(super) struct Nodes<C: Cost> {
+    of_cells: Vec<Node<C>>,
+    /// State that all nodes met in this search exceed.
+    search: State,
+}
+
+impl<C: Cost> Nodes<C> {
+    /// Cost of a node that has been met in this search.
+    pub fn g(&self, index: u32) -> C {
+        self.of_cells[index as usize].g
+    }
+
+    /// Makes all nodes unmet, and enough of them.
+    fn begin(&mut self, grid: &PlanningGrid) {
+        if self.search.0 > u32::MAX - 2 * State::ONE_SEARCH {
+            self.of_cells.clear();
+            self.search = State::UNMET;
+        }
+        self.search.0 += State::ONE_SEARCH;
+        if self.of_cells.len() < grid.cells().len() {
+            let unmet = Node { g: C::ZERO, parent: C::Parent::default(), state: State::UNMET };
+            self.of_cells.resize(grid.cells().len(), unmet);
+        }
+    }
+
+    /// The index of the node that one is connected to, its own for the start.
+    fn parent(&self, grid: &PlanningGrid, index: u32) -> u32 {
+        let Node { parent, state, .. } = self.of_cells[index as usize];
+        state.arrived_by().map_or(index, |step| C::parent_index(parent, step.index_before(grid, index)))
+    }
+
+    /// The cells from the start to `end`, along the parents.
+    fn trace(&self, grid: &PlanningGrid, end: u32, path: &mut Vec<Cell>) {
+        let mut index = end;
+        path.push(grid.cell(index));
+        while self.parent(grid, index) != index {
+            index = self.parent(grid, index);
+            path.push(grid.cell(index));
+        }
+        path.reverse();
+    }
 }
 
 /// The memory of a search: carries nothing from one search to the next but its size.
 #[derive(Debug)]
-pub(super) struct Workspace<C> {
-    nodes: Vec<Node<C>>,
-    open: Open,
-    stamp: u32,
+pub(super) struct Workspace<C: Cost, E> {
+    nodes: Nodes<C>,
+    open: Open<E>,
 }
 
-impl<C: Cost> Default for Workspace<C> {
+impl<C: Cost, E> Default for Workspace<C, E> {
     fn default() -> Self {
-        Self { nodes: Vec::new(), open: Open::default(), stamp: 0 }
+        Self { nodes: Nodes { of_cells: Vec::new(), search: State::UNMET }, open: Open::default() }
     }
 }
 
-impl<C: Cost> Workspace<C> {
-    /// Cost of a node that has been met in this search.
-    pub fn g(&self, index: u32) -> C {
-        self.nodes[index as usize].g
-    }
-
+impl<C: Cost, E: Entry> Workspace<C, E> {
     /// Finds a path by the rule; see the module. `path` holds start to goal, or nothing on failure.
-    pub fn search<R: Rule<Cost = C>>(&mut self, rule: &R, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
+    pub fn search<R>(&mut self, rule: &R, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search
+    where
+        R: Rule<Cost = C>,
+        R::Priority: Priority<C, Entry = E>,
+    {
         path.clear();
         let mut search = Search { result: Err(PlanFailure::NoPath), expanded: 0, generated: 0 };
         if let Err(failure) = problem.check_ends() {
@@ -143,75 +212,54 @@ impl<C: Cost> Workspace<C> {
         let grid = problem.grid;
         let (start, goal) = (grid.index(problem.start), grid.index(problem.goal));
         let offsets = moves::offsets(grid.stride());
-        self.begin(grid);
-        let opened = self.stamp;
-        let closed = opened + 1;
+        let steps_differ = grid.has_escape_zone();
+        let Self { nodes, open } = self;
+        nodes.begin(grid);
+        open.clear();
+        let (met, closed) = (nodes.search, nodes.search.closed());
 
-        self.nodes[start as usize] = Node { g: C::ZERO, parent: start, stamp: opened };
-        self.open.push(
-            rule.priority(Arrival { cell: problem.start, g: C::ZERO, from: None }),
-            C::ZERO.value(),
-            start,
-            None,
-        );
+        let parent = C::parent(start);
+        nodes.of_cells[start as usize] = Node { g: C::ZERO, parent, state: met.opened(None) };
+        let priority = rule.priority(Arrival { cell: problem.start, g: C::ZERO, from: None });
+        open.push(priority.entry(C::ZERO, start));
         search.generated = 1;
-        while let Some(Popped { index, g, arrived_by }) = self.open.pop() {
-            let node = &mut self.nodes[index as usize];
-            if node.stamp == closed || node.g.value() != g {
+        while let Some(entry) = open.pop() {
+            let index = entry.index();
+            let node = &mut nodes.of_cells[index as usize];
+            if node.state >= closed || !R::Priority::may_have_cost(entry, node.g) {
                 continue; // a cheaper entry of the same node came first
             }
             if index == goal {
-                self.trace(grid, goal, path);
+                nodes.trace(grid, goal, path);
                 search.result = Ok(());
                 return search;
             }
-            node.stamp = closed;
+            node.state = node.state.closed();
             search.expanded += 1;
-            let from = Visit { index, cell: grid.cell(index), g: node.g, parent: node.parent, arrived_by };
-            let from_bits = grid.cells()[index as usize];
+            let Node { g, parent, state } = *node;
+            let from = Visit { index, cell: grid.cell(index), parent, arrived_by: state.arrived_by() };
             for step in rule.moves(&from) {
                 let to = index.wrapping_add_signed(offsets[step.direction()]);
-                let known = self.nodes[to as usize];
-                if known.stamp == closed && !rule.reopens() {
+                let known = nodes.of_cells[to as usize];
+                if known.state >= closed && !rule.reopens() {
                     continue;
                 }
-                let factor = step_factor(from_bits | grid.cells()[to as usize]);
-                let stepped = from.g.stepped(step.is_diagonal(), factor);
-                let (parent, g) = rule.connect(self, &from, step, stepped);
-                if known.stamp >= opened && known.g.value() <= g.value() {
+                let factor = if steps_differ {
+                    step_factor(grid.cells()[index as usize] | grid.cells()[to as usize])
+                } else {
+                    1
+                };
+                let (parent, g) = rule.connect(nodes, &from, step, g.stepped(step.is_diagonal(), factor));
+                let is_as_cheap = !g.is_below(known.g);
+                if known.state >= met && is_as_cheap {
                     continue;
                 }
-                self.nodes[to as usize] = Node { g, parent, stamp: opened };
-                let f = rule.priority(Arrival { cell: step.from(from.cell), g, from: Some(from) });
-                self.open.push(f, g.value(), to, Some(step));
+                nodes.of_cells[to as usize] = Node { g, parent, state: met.opened(Some(step)) };
+                let priority = rule.priority(Arrival { cell: step.from(from.cell), g, from: Some(from) });
+                open.push(priority.entry(g, to));
                 search.generated += 1;
             }
         }
         search
-    }
-
-    /// Makes all nodes unmet, and enough of them.
-    fn begin(&mut self, grid: &PlanningGrid) {
-        const UNMET: u32 = 0;
-        self.open.clear();
-        if self.stamp >= u32::MAX - 3 {
-            self.nodes.clear();
-            self.stamp = UNMET;
-        }
-        self.stamp += 2;
-        if self.nodes.len() < grid.cells().len() {
-            self.nodes.resize(grid.cells().len(), Node { g: C::ZERO, parent: 0, stamp: UNMET });
-        }
-    }
-
-    /// The cells from the start to `end`, along the parents.
-    fn trace(&self, grid: &PlanningGrid, end: u32, path: &mut Vec<Cell>) {
-        let mut index = end;
-        path.push(grid.cell(index));
-        while self.nodes[index as usize].parent != index {
-            index = self.nodes[index as usize].parent;
-            path.push(grid.cell(index));
-        }
-        path.reverse();
     }
 }

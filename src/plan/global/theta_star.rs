@@ -20,7 +20,7 @@
 //! escape zones (simrun's own) nothing is cut: there the path keeps to the cells' centres, at ten
 //! times the cost.
 
-use super::search::{Arrival, CornerRule, Move, Moves, Rule, Visit, Workspace};
+use super::search::{Arrival, CornerRule, Move, Moves, Nodes, RealEntry, Rule, Visit, Workspace};
 use super::{Entry, GlobalPlanner, Problem, Search};
 use crate::map::Cell;
 use crate::math::hypot;
@@ -42,7 +42,7 @@ pub const ENTRY: Entry = Entry {
 /// The planner.
 #[derive(Debug)]
 pub struct Planner {
-    workspace: Workspace<f64>,
+    workspace: Workspace<f64, RealEntry>,
 }
 
 impl Planner {
@@ -64,6 +64,7 @@ struct ParentInSight<'a> {
 
 impl Rule for ParentInSight<'_> {
     type Cost = f64;
+    type Priority = f64;
 
     fn reopens(&self) -> bool {
         false // the paper's basic Theta*
@@ -73,7 +74,7 @@ impl Rule for ParentInSight<'_> {
         Moves::allowed(self.problem.grid, from.index, CornerRule::Forbid)
     }
 
-    fn connect(&self, nodes: &Workspace<f64>, from: &Visit<f64>, step: Move, stepped: f64) -> (u32, f64) {
+    fn connect(&self, nodes: &Nodes<f64>, from: &Visit<f64>, step: Move, stepped: f64) -> (u32, f64) {
         let grid = self.problem.grid;
         let parent = grid.cell(from.parent);
         let to = step.from(from.cell);

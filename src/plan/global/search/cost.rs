@@ -15,6 +15,18 @@ pub(in super::super) trait Cost: Copy {
 
     /// The cost as a number, in cells.
     fn value(self) -> f64;
+
+    /// Whether it is less than another.
+    fn is_below(self, other: Self) -> bool;
+
+    /// What a node keeps to know the one that it is connected to.
+    type Parent: Copy + Default + core::fmt::Debug;
+
+    /// The same for the node of an index.
+    fn parent(index: u32) -> Self::Parent;
+
+    /// The index of the node that one is connected to, given the index of its neighbour that it was reached from.
+    fn parent_index(parent: Self::Parent, neighbour: u32) -> u32;
 }
 
 /// The cost of a path of steps between neighbours, as two counts.
@@ -38,6 +50,53 @@ impl Steps {
     }
 }
 
+/// The cost of a path of steps between neighbours as one integer, in ticks of 2⁻³⁶ of a cell: what [`Steps`] are
+/// where only their order matters.
+///
+/// √2 is rounded by less than half a tick, so two costs are off against each other by less than |Δd| / 2 ticks.
+/// Different ones are |Δs² − 2Δd²| / |Δs − Δd√2| cells apart, near each other at least 1 / 2√2 |Δd|, so their order is
+/// right where the diagonal counts differ by less than 2¹⁷: always where fewer than 2¹⁷ cells are free, and
+/// beyond that but for a maze that winds so long. A map has at most 2²⁸ cells: no cost of a path overflows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(in super::super) struct Ticks(pub u64);
+
+/// √2 · 2³⁶ = 97 184 015 999.2…
+const DIAGONAL_TICKS: u64 = 97_184_015_999;
+
+impl Ticks {
+    pub const PER_CELL: u64 = 1 << 36;
+
+    /// The octile distance between two cells.
+    pub fn octile(a: Cell, b: Cell) -> Self {
+        let Steps { straight, diagonal } = octile(a, b);
+        Self(u64::from(straight) * Self::PER_CELL + u64::from(diagonal) * DIAGONAL_TICKS)
+    }
+}
+
+impl Cost for Ticks {
+    const ZERO: Self = Self(0);
+
+    fn stepped(self, is_diagonal: bool, factor: u32) -> Self {
+        Self(self.0 + u64::from(factor) * if is_diagonal { DIAGONAL_TICKS } else { Self::PER_CELL })
+    }
+
+    fn value(self) -> f64 {
+        self.0 as f64 / Self::PER_CELL as f64
+    }
+
+    fn is_below(self, other: Self) -> bool {
+        self < other
+    }
+
+    type Parent = ();
+
+    fn parent(_: u32) {}
+
+    fn parent_index((): (), neighbour: u32) -> u32 {
+        neighbour
+    }
+}
+
 impl Cost for Steps {
     const ZERO: Self = Self { straight: 0, diagonal: 0 };
 
@@ -48,6 +107,19 @@ impl Cost for Steps {
 
     fn value(self) -> f64 {
         f64::from(self.straight) + f64::from(self.diagonal) * SQRT_2
+    }
+
+    fn is_below(self, other: Self) -> bool {
+        self.value() < other.value()
+    }
+
+    /// Nothing: it is the neighbour.
+    type Parent = ();
+
+    fn parent(_: u32) {}
+
+    fn parent_index((): (), neighbour: u32) -> u32 {
+        neighbour
     }
 }
 
@@ -61,6 +133,21 @@ impl Cost for f64 {
 
     fn value(self) -> f64 {
         self
+    }
+
+    fn is_below(self, other: Self) -> bool {
+        self < other
+    }
+
+    /// Its index.
+    type Parent = u32;
+
+    fn parent(index: u32) -> u32 {
+        index
+    }
+
+    fn parent_index(parent: u32, _: u32) -> u32 {
+        parent
     }
 }
 
@@ -88,12 +175,17 @@ impl Heuristic {
     /// g + h, in cells. Whole steps are added as counts, so that equal sums are equal numbers.
     pub(in super::super) fn added_to(self, g: Steps, cell: Cell, goal: Cell) -> f64 {
         let (dx, dy) = (cell.col.abs_diff(goal.col), cell.row.abs_diff(goal.row));
-        let (short, long) = (dx.min(dy), dx.max(dy));
         match self {
-            Self::Octile => g.plus(Steps { straight: long - short, diagonal: short }).value(),
+            Self::Octile => g.plus(octile(cell, goal)).value(),
             Self::Euclidean => g.value() + hypot(f64::from(dx), f64::from(dy)),
             Self::Manhattan => g.plus(Steps { straight: dx + dy, diagonal: 0 }).value(),
-            Self::Chebyshev => g.plus(Steps { straight: long, diagonal: 0 }).value(),
+            Self::Chebyshev => g.plus(Steps { straight: dx.max(dy), diagonal: 0 }).value(),
         }
     }
+}
+
+/// The octile distance between two cells, as steps.
+fn octile(a: Cell, b: Cell) -> Steps {
+    let (dx, dy) = (a.col.abs_diff(b.col), a.row.abs_diff(b.row));
+    Steps { straight: dx.abs_diff(dy), diagonal: dx.min(dy) }
 }

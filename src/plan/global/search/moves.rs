@@ -2,7 +2,6 @@
 
 use crate::map::Cell;
 use crate::plan::PlanningGrid;
-use crate::plan::grid::PASSABLE;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -37,25 +36,41 @@ pub(super) fn offsets(stride: usize) -> [i32; 8] {
     core::array::from_fn(|k| D_COL[k] + D_ROW[k] * stride as i32)
 }
 
-/// A move to one of the eight neighbours.
+/// A move to one of the eight neighbours, counter-clockwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(in super::super) struct Move(u8);
+pub(in super::super) enum Move {
+    E,
+    NE,
+    N,
+    NW,
+    W,
+    SW,
+    S,
+    SE,
+}
 
 impl Move {
+    const ALL: [Self; 8] = [Self::E, Self::NE, Self::N, Self::NW, Self::W, Self::SW, Self::S, Self::SE];
+
     /// 0 to 7: E, NE, N, NW, W, SW, S, SE.
-    pub fn direction(self) -> usize {
-        usize::from(self.0)
+    pub const fn direction(self) -> usize {
+        self as usize
+    }
+
+    /// The move of a direction; none beyond 7.
+    pub fn of_direction(direction: u32) -> Option<Self> {
+        Self::ALL.get(direction as usize).copied()
     }
 
     /// Whether it leads through a vertex.
-    pub fn is_diagonal(self) -> bool {
-        self.0 & 1 != 0
+    pub const fn is_diagonal(self) -> bool {
+        self as u8 & 1 != 0
     }
 
     /// The two moves through an edge that a diagonal one consists of.
     pub fn parts(self) -> [Self; 2] {
         debug_assert!(self.is_diagonal());
-        [Self(self.0 - 1), Self((self.0 + 1) % 8)]
+        [Self::ALL[self.direction() - 1], Self::ALL[(self.direction() + 1) % 8]]
     }
 
     /// The cell that the move leads to.
@@ -66,6 +81,11 @@ impl Move {
     /// The padded index of the cell that the move leads to from the cell of a padded index.
     pub fn index_from(self, grid: &PlanningGrid, index: u32) -> u32 {
         index.wrapping_add_signed(D_COL[self.direction()] + D_ROW[self.direction()] * grid.stride() as i32)
+    }
+
+    /// The padded index of the cell that the move leads from to the cell of a padded index.
+    pub fn index_before(self, grid: &PlanningGrid, index: u32) -> u32 {
+        Self::ALL[(self.direction() + 4) % 8].index_from(grid, index)
     }
 }
 
@@ -79,7 +99,7 @@ impl Moves {
 
     /// The moves that the corner rule allows from a cell of the map, given by its padded index.
     pub fn allowed(grid: &PlanningGrid, index: u32, rule: CornerRule) -> Self {
-        Self(rule.allows(passable_around(grid, index)))
+        Self(rule.allows(grid.around()[index as usize]))
     }
 
     /// The same without moves that cannot help a node reached by `arrived_by`, for searches whose g
@@ -91,16 +111,7 @@ impl Moves {
     /// that step. Say it was reached by NE: its SW is p, its W and S are a straight step from p. With
     /// escape zones a detour may be cheaper, so there nothing is left out.
     pub fn worthwhile(grid: &PlanningGrid, index: u32, rule: CornerRule, arrived_by: Option<Move>) -> Self {
-        let passable = passable_around(grid, index);
-        let allowed = rule.allows(passable);
-        match arrived_by {
-            Some(arrived_by) if !grid.has_escape_zone() => {
-                // Written for E and NE, turned to the move's own direction.
-                let turn = u32::from(arrived_by.0 & !1);
-                Self(allowed & !rule.detours(passable.rotate_right(turn), arrived_by).rotate_left(turn))
-            }
-            _ => Self(allowed),
-        }
+        MoveTable::worthwhile(grid, rule).after(arrived_by, grid, index)
     }
 
     /// The natural and forced neighbours of jump point search: of [`Self::worthwhile`] also without moves to cells
@@ -112,37 +123,79 @@ impl Moves {
     /// (By induction over the cost: x has got its own already.) The step is E to x from p, then NE to n: the
     /// other way is p, x's N, n, unless the corner rule forbids the diagonal step from p.
     pub fn natural_and_forced(grid: &PlanningGrid, index: u32, rule: CornerRule, arrived_by: Option<Move>) -> Self {
-        let worthwhile = Self::worthwhile(grid, index, rule, arrived_by);
-        match arrived_by {
-            Some(arrived_by) if !grid.has_escape_zone() => {
-                let turn = u32::from(arrived_by.0 & !1);
-                let passable = passable_around(grid, index).rotate_right(turn);
-                Self(worthwhile.0 & !rule.symmetric(passable, arrived_by).rotate_left(turn))
-            }
-            _ => worthwhile,
-        }
+        MoveTable::natural_and_forced(grid, rule).after(arrived_by, grid, index)
     }
 }
 
-/// Bit k: the neighbour in direction k is passable.
-fn passable_around(grid: &PlanningGrid, index: u32) -> u8 {
-    let (stride, west) = (grid.stride(), index as usize - 1);
-    let row = |first: usize| -> &[u8] { &grid.cells()[first..first + 3] };
-    let (below, here, above) = (row(west - stride), row(west), row(west + stride));
-    let bit = |bits: u8, direction: u32| (bits & PASSABLE) << direction;
-    bit(here[2], 0)
-        | bit(above[2], 1)
-        | bit(above[1], 2)
-        | bit(above[0], 3)
-        | bit(here[0], 4)
-        | bit(below[0], 5)
-        | bit(below[1], 6)
-        | bit(below[2], 7)
+/// The row of a [`MoveTable`] of nodes that no move led to.
+const NO_MOVE: usize = 8;
+
+/// Sets of moves by the move that led to a node (or [`NO_MOVE`]) and its passable neighbours. A look into the
+/// table takes the place of a dozen operations and of a branch that nothing predicts.
+#[derive(Debug)]
+pub(in super::super) struct MoveTable([[u8; 256]; 9]);
+
+impl MoveTable {
+    /// The table of [`Moves::worthwhile`].
+    pub fn worthwhile(grid: &PlanningGrid, rule: CornerRule) -> &'static Self {
+        static TABLES: [MoveTable; 3] = MoveTable::of_rules(true, false);
+        if grid.has_escape_zone() { Self::allowed(rule) } else { &TABLES[rule as usize] }
+    }
+
+    /// The table of [`Moves::natural_and_forced`].
+    pub fn natural_and_forced(grid: &PlanningGrid, rule: CornerRule) -> &'static Self {
+        static TABLES: [MoveTable; 3] = MoveTable::of_rules(true, true);
+        if grid.has_escape_zone() { Self::allowed(rule) } else { &TABLES[rule as usize] }
+    }
+
+    /// All moves that the corner rule allows.
+    fn allowed(rule: CornerRule) -> &'static Self {
+        static TABLES: [MoveTable; 3] = MoveTable::of_rules(false, false);
+        &TABLES[rule as usize]
+    }
+
+    /// The moves from a node that was reached by `arrived_by`.
+    pub fn after(&self, arrived_by: Option<Move>, grid: &PlanningGrid, index: u32) -> Moves {
+        let passable = grid.around()[index as usize];
+        Moves(self.0[arrived_by.map_or(NO_MOVE, Move::direction)][usize::from(passable)])
+    }
+
+    const fn of_rules(without_detours: bool, without_symmetric: bool) -> [Self; 3] {
+        [
+            Self::of_rule(CornerRule::Forbid, without_detours, without_symmetric),
+            Self::of_rule(CornerRule::OneFree, without_detours, without_symmetric),
+            Self::of_rule(CornerRule::Allow, without_detours, without_symmetric),
+        ]
+    }
+
+    const fn of_rule(rule: CornerRule, without_detours: bool, without_symmetric: bool) -> Self {
+        let mut table = [[0; 256]; 9];
+        let mut at = 0;
+        while at < 9 * 256 {
+            let (arrived_by, passable) = (at / 256, (at % 256) as u8);
+            let mut moves = rule.allows(passable);
+            if arrived_by < NO_MOVE {
+                let arrived_by = Move::ALL[arrived_by];
+                // Written for E and NE, turned to the move's own direction.
+                let turn = (arrived_by as u8 & !1) as u32;
+                let seen = passable.rotate_right(turn);
+                if without_detours {
+                    moves &= !rule.detours(seen, arrived_by).rotate_left(turn);
+                }
+                if without_symmetric {
+                    moves &= !rule.symmetric(seen, arrived_by).rotate_left(turn);
+                }
+            }
+            table[at / 256][passable as usize] = moves;
+            at += 1;
+        }
+        Self(table)
+    }
 }
 
 impl CornerRule {
     /// The allowed ones of eight moves, given which neighbours are passable.
-    fn allows(self, passable: u8) -> u8 {
+    const fn allows(self, passable: u8) -> u8 {
         // A diagonal move's two neighbours are the directions before and after it.
         let (before, after) = (passable.rotate_left(1), passable.rotate_right(1));
         match self {
@@ -154,7 +207,7 @@ impl CornerRule {
 
     /// Moves from a node reached by E (or by NE, where `arrived_by` is diagonal) to cells that the node
     /// before has led to, given which neighbours are passable.
-    fn detours(self, passable: u8, arrived_by: Move) -> u8 {
+    const fn detours(self, passable: u8, arrived_by: Move) -> u8 {
         if arrived_by.is_diagonal() {
             return W | SW | S;
         }
@@ -168,7 +221,7 @@ impl CornerRule {
 
     /// Moves from a node reached by E (or by NE, where `arrived_by` is diagonal) to cells that two other steps from
     /// the node before lead to as well, the second of them straight, at no larger cost.
-    fn symmetric(self, passable: u8, arrived_by: Move) -> u8 {
+    const fn symmetric(self, passable: u8, arrived_by: Move) -> u8 {
         if arrived_by.is_diagonal() {
             // NW by way of W and SE by way of S, two straight steps each.
             return (passable & W) >> 1 | (passable & S) << 1;
@@ -188,8 +241,8 @@ impl Iterator for Moves {
         if self.0 == 0 {
             return None;
         }
-        let first = self.0.trailing_zeros() as u8;
+        let first = self.0.trailing_zeros();
         self.0 &= self.0 - 1;
-        Some(Move(first))
+        Move::of_direction(first)
     }
 }

@@ -1,141 +1,115 @@
 //! The open list: nodes waiting to be expanded, best first.
 //!
-//! A bucket queue whose order is exact. Entries are sorted into buckets by f, 1/32 of a cell each;
+//! A bucket queue whose order is exact. Entries are sorted into buckets by f, 1/128 of a cell each;
 //! only the bucket in turn is kept in order, and only when its turn comes is a bucket sorted. So
 //! most pushes append to a list, and entries that are never reached cost nothing more. Within a
 //! search by A* a child with the f of its parent goes to the end of the bucket in turn, from where
 //! it is taken next: no comparison with the rest.
+//!
+//! The order is f, then larger g, then smaller index. An entry holds these in one of two forms:
+//! [`WholeEntry`], one integer, where f and h are whole steps; [`RealEntry`] for all others.
 
-use super::Move;
+use super::cost::{Cost, Ticks};
 
 /// Buckets per unit of f.
-const BUCKETS_PER_CELL: f64 = 32.0;
+const BUCKETS_PER_CELL: u64 = 128;
 /// Buckets ahead of the one in turn, 4 cells of f: more than a step can add to f with a consistent heuristic.
-const RING: i64 = 128;
+const RING: usize = 512;
 
-/// A node at a place in the order: smaller f, then larger g, then smaller index.
+/// What a rule says of a node that is about to be pushed: its f, in the form that the rule has it in.
+pub(in super::super) trait Priority<C> {
+    /// The form of the entries.
+    type Entry: Entry;
+
+    /// The entry of a node that is reached at cost `g`, given its row-major index.
+    fn entry(self, g: C, index: u32) -> Self::Entry;
+
+    /// Whether an entry is not known to have been pushed with another cost than `g`.
+    fn may_have_cost(entry: Self::Entry, g: C) -> bool;
+}
+
+/// A node's place in the order: the smallest is the best.
+pub(in super::super) trait Entry: Copy + Ord {
+    /// Number of its bucket; it does not fall where f rises.
+    fn bucket(self) -> u64;
+
+    /// Row-major index of the node.
+    fn index(self) -> u32;
+}
+
+/// f where it is a number of steps, for searches that never find a closed node cheaper.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct WholeSteps {
+    /// The smallest is expanded first.
+    pub f: Ticks,
+    /// Part of it: the estimate of what is left.
+    pub h: Ticks,
+}
+
+/// From the highest bit: 64 of f, 32 of h, 32 of the index.
+///
+/// Where f is equal, g is larger where h is smaller. h is in 2⁻¹⁷ of a cell, rounded down, in the same order as
+/// before: different octile distances on a map of up to 2¹⁴ cells a side are more than 2⁻¹⁶ cells apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Entry {
+pub(in super::super) struct WholeEntry(u128);
+
+impl Priority<Ticks> for WholeSteps {
+    type Entry = WholeEntry;
+
+    fn entry(self, _: Ticks, index: u32) -> WholeEntry {
+        let h = self.h.0 / (Ticks::PER_CELL >> 17);
+        WholeEntry(u128::from(self.f.0) << 64 | u128::from(h << 32 | u64::from(index)))
+    }
+
+    /// Of several entries of a node the cheapest has the smallest f and comes first; then the node is closed.
+    fn may_have_cost(_: WholeEntry, _: Ticks) -> bool {
+        true
+    }
+}
+
+impl Entry for WholeEntry {
+    fn bucket(self) -> u64 {
+        (self.0 >> 64) as u64 / (Ticks::PER_CELL / BUCKETS_PER_CELL)
+    }
+
+    fn index(self) -> u32 {
+        self.0 as u32
+    }
+}
+
+/// f and g as numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(in super::super) struct RealEntry {
+    /// Bits that compare like f.
     f: u64,
     minus_g: u64,
     index: u32,
-    arrived_by: Option<Move>,
 }
 
-/// What comes out of the open list.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Popped {
-    /// Row-major index of the node.
-    pub index: u32,
-    /// The g that it was pushed with.
-    pub g: f64,
-    /// The move that it was pushed with.
-    pub arrived_by: Option<Move>,
-}
+impl<C: Cost> Priority<C> for f64 {
+    type Entry = RealEntry;
 
-/// The open list. Cheaper entries of a node are pushed beside the old ones, not moved.
-#[derive(Debug)]
-pub(super) struct Open {
-    /// The entries of all buckets up to the one in turn, the best at the end.
-    current: Vec<Entry>,
-    /// Number of the bucket in turn.
-    turn: i64,
-    /// The next `RING - 1` buckets, unsorted, at their number modulo `RING`.
-    ring: Vec<Vec<Entry>>,
-    /// Bit k: bucket k of the ring has entries.
-    filled: u128,
-    /// Entries of the buckets beyond the ring, each with its bucket's number.
-    beyond: Vec<(i64, Entry)>,
-    /// Smallest number of a bucket in `beyond`.
-    beyond_first: i64,
-}
-
-impl Default for Open {
-    fn default() -> Self {
-        Self {
-            current: Vec::new(),
-            turn: i64::MIN,
-            ring: vec![Vec::new(); RING as usize],
-            filled: 0,
-            beyond: Vec::new(),
-            beyond_first: i64::MAX,
-        }
-    }
-}
-
-impl Open {
-    /// Forgets all entries and keeps their memory.
-    pub fn clear(&mut self) {
-        self.current.clear();
-        self.turn = i64::MIN;
-        self.ring.iter_mut().for_each(Vec::clear);
-        self.filled = 0;
-        self.beyond.clear();
-        self.beyond_first = i64::MAX;
-    }
-
-    /// Adds a node with its f, its g, its row-major index and the move that led to it.
-    ///
     /// # Panics
     /// If f is not a number.
-    pub fn push(&mut self, f: f64, g: f64, index: u32, arrived_by: Option<Move>) {
-        assert!(!f.is_nan(), "the priority of a node is a number");
-        let entry = Entry { f: ordered(f), minus_g: !g.to_bits(), index, arrived_by };
+    fn entry(self, g: C, index: u32) -> RealEntry {
+        assert!(!self.is_nan(), "the priority of a node is a number");
+        RealEntry { f: ordered(self), minus_g: !g.value().to_bits(), index }
+    }
+
+    fn may_have_cost(entry: RealEntry, g: C) -> bool {
+        entry.minus_g == !g.value().to_bits()
+    }
+}
+
+impl Entry for RealEntry {
+    fn bucket(self) -> u64 {
         // Rounding towards zero keeps the order, which is all that buckets need.
-        let bucket = (f * BUCKETS_PER_CELL) as i64;
-        if bucket <= self.turn {
-            let worse = self.current.iter().rposition(|other| entry < *other);
-            self.current.insert(worse.map_or(0, |at| at + 1), entry);
-        } else {
-            self.put_off(bucket, entry);
-        }
+        let bucket = (number(self.f) * BUCKETS_PER_CELL as f64) as i64;
+        bucket as u64 ^ 1 << 63 // from the smallest to the largest, negative ones first
     }
 
-    /// Takes out the best entry.
-    pub fn pop(&mut self) -> Option<Popped> {
-        if self.current.is_empty() {
-            self.turn_to_next_bucket();
-        }
-        let Entry { minus_g, index, arrived_by, .. } = self.current.pop()?;
-        Some(Popped { index, g: f64::from_bits(!minus_g), arrived_by })
-    }
-
-    /// Keeps an entry for the turn of its bucket.
-    fn put_off(&mut self, bucket: i64, entry: Entry) {
-        if bucket.saturating_sub(self.turn) < RING {
-            let slot = bucket.rem_euclid(RING);
-            self.ring[slot as usize].push(entry);
-            self.filled |= 1 << slot;
-        } else {
-            self.beyond.push((bucket, entry));
-            self.beyond_first = self.beyond_first.min(bucket);
-        }
-    }
-
-    /// Brings the next bucket that has entries into `current`, if there is one.
-    fn turn_to_next_bucket(&mut self) {
-        if self.filled == 0 && self.beyond.is_empty() {
-            return;
-        }
-        let first_in_ring = if self.filled == 0 {
-            i64::MAX
-        } else {
-            let next_slot = (self.turn + 1).rem_euclid(RING) as u32;
-            self.turn + 1 + i64::from(self.filled.rotate_right(next_slot).trailing_zeros())
-        };
-        self.turn = first_in_ring.min(self.beyond_first);
-        if self.beyond_first.saturating_sub(self.turn) < RING {
-            self.beyond_first = i64::MAX;
-            // What is still beyond the ring is appended again.
-            for at in (0..self.beyond.len()).rev() {
-                let (bucket, entry) = self.beyond.swap_remove(at);
-                self.put_off(bucket, entry);
-            }
-        }
-        let slot = self.turn.rem_euclid(RING);
-        core::mem::swap(&mut self.current, &mut self.ring[slot as usize]);
-        self.filled &= !(1 << slot);
-        self.current.sort_unstable_by(|a, b| b.cmp(a));
+    fn index(self) -> u32 {
+        self.index
     }
 }
 
@@ -143,6 +117,138 @@ impl Open {
 fn ordered(x: f64) -> u64 {
     let bits = (x + 0.0).to_bits();
     if bits >> 63 == 0 { bits | 1 << 63 } else { !bits }
+}
+
+/// The number that such bits stand for.
+fn number(ordered: u64) -> f64 {
+    f64::from_bits(if ordered >> 63 == 0 { !ordered } else { ordered & !(1 << 63) })
+}
+
+/// The open list. Cheaper entries of a node are pushed beside the old ones, not moved.
+#[derive(Debug)]
+pub(super) struct Open<E> {
+    /// The entries of all buckets up to the one in turn, the best at the end.
+    current: Vec<E>,
+    /// Room to sort in.
+    sorted: Vec<E>,
+    /// Number of the bucket in turn.
+    turn: u64,
+    /// The next `RING - 1` buckets, unsorted, at their number modulo `RING`.
+    ring: Box<[Vec<E>; RING]>,
+    /// Bit k of word w: bucket 64 w + k of the ring has entries.
+    filled: [u64; RING / 64],
+    /// Entries of the buckets beyond the ring, each with its bucket's number.
+    beyond: Vec<(u64, E)>,
+    /// Smallest number of a bucket in `beyond`.
+    beyond_first: u64,
+}
+
+impl<E> Default for Open<E> {
+    fn default() -> Self {
+        Self {
+            current: Vec::new(),
+            sorted: Vec::new(),
+            turn: 0,
+            ring: Box::new([const { Vec::new() }; RING]),
+            filled: [0; RING / 64],
+            beyond: Vec::new(),
+            beyond_first: u64::MAX,
+        }
+    }
+}
+
+impl<E: Entry> Open<E> {
+    /// Forgets all entries and keeps their memory.
+    pub fn clear(&mut self) {
+        self.current.clear();
+        self.turn = 0;
+        while let Some(slot) = self.next_filled(0) {
+            self.ring[slot].clear();
+            self.filled[slot / 64] &= !(1 << (slot % 64));
+        }
+        self.beyond.clear();
+        self.beyond_first = u64::MAX;
+    }
+
+    /// Adds an entry.
+    pub fn push(&mut self, entry: E) {
+        let bucket = entry.bucket();
+        if bucket > self.turn {
+            self.put_off(bucket, entry);
+        } else {
+            let worse = self.current.iter().rposition(|other| entry < *other);
+            self.current.insert(worse.map_or(0, |at| at + 1), entry);
+        }
+    }
+
+    /// Takes out the best entry.
+    pub fn pop(&mut self) -> Option<E> {
+        if self.current.is_empty() {
+            self.turn_to_next_bucket();
+        }
+        self.current.pop()
+    }
+
+    /// Keeps an entry for the turn of its bucket.
+    fn put_off(&mut self, bucket: u64, entry: E) {
+        if bucket - self.turn < RING as u64 {
+            let slot = bucket as usize % RING;
+            self.ring[slot].push(entry);
+            self.filled[slot / 64] |= 1 << (slot % 64);
+        } else {
+            self.beyond.push((bucket, entry));
+            self.beyond_first = self.beyond_first.min(bucket);
+        }
+    }
+
+    /// The first slot of the ring from `slot` on that has entries, the ring being read as a circle.
+    fn next_filled(&self, slot: usize) -> Option<usize> {
+        let (word, bits_before) = (slot / 64, !(u64::MAX << (slot % 64)));
+        // The word that the slot is in comes first, and last once more for what lies before the slot in it.
+        let words = (word..self.filled.len()).chain(0..=word);
+        words.enumerate().find_map(|(at, word)| {
+            let bits = if at == 0 { self.filled[word] & !bits_before } else { self.filled[word] };
+            (bits != 0).then(|| 64 * word + bits.trailing_zeros() as usize)
+        })
+    }
+
+    /// Brings the next bucket that has entries into `current`, if there is one.
+    fn turn_to_next_bucket(&mut self) {
+        let slot_in_turn = self.turn as usize % RING;
+        let first_in_ring = self
+            .next_filled((slot_in_turn + 1) % RING)
+            .map_or(u64::MAX, |slot| self.turn + ((slot + RING - slot_in_turn) % RING) as u64);
+        self.turn = first_in_ring.min(self.beyond_first);
+        if self.beyond_first - self.turn < RING as u64 {
+            self.beyond_first = u64::MAX;
+            // What is still beyond the ring is appended again.
+            for at in (0..self.beyond.len()).rev() {
+                let (bucket, entry) = self.beyond.swap_remove(at);
+                self.put_off(bucket, entry);
+            }
+        }
+        let slot = self.turn as usize % RING;
+        core::mem::swap(&mut self.current, &mut self.ring[slot]);
+        self.filled[slot / 64] &= !(1 << (slot % 64));
+        sort_best_last(&mut self.current, &mut self.sorted);
+    }
+}
+
+/// Sorts entries, no two of which are equal. Short lists by counting for each entry those that it is better than:
+/// that takes more comparisons than other ways, but no branch depends on them.
+fn sort_best_last<E: Entry>(entries: &mut Vec<E>, sorted: &mut Vec<E>) {
+    const SHORT: usize = 16;
+    if entries.len() > SHORT {
+        entries.sort_unstable_by(|a, b| b.cmp(a));
+        return;
+    }
+    sorted.clear();
+    sorted.extend_from_slice(entries);
+    for entry in entries.iter() {
+        let place = entries.iter().map(|other| usize::from(other > entry)).sum::<usize>();
+        sorted[place] = *entry;
+    }
+    core::mem::swap(entries, sorted);
 }
 
 #[cfg(test)]
@@ -153,7 +259,7 @@ mod tests {
     /// Pushes and pops at random beside a list that is searched for its best entry each time.
     fn agrees_with_a_plain_list(seed: u64, mut f: impl FnMut(f64, f64) -> f64) {
         let mut stream = stream(seed);
-        let mut open = Open::default();
+        let mut open = Open::<RealEntry>::default();
         for _ in 0..300 {
             let mut list: Vec<(f64, f64, u32)> = Vec::new();
             let mut last_f = 0.0;
@@ -162,7 +268,7 @@ mod tests {
                     // Few different g, so that all three keys decide.
                     let (f, g) = (f(last_f, stream.uniform()), stream.index(3) as f64 * 0.7);
                     let index = index * 7919 % 300;
-                    open.push(f, g, index, None);
+                    open.push(f.entry(g, index));
                     list.push((f, g, index));
                 } else {
                     let best = (0..list.len()).min_by(|&a, &b| {
@@ -171,7 +277,7 @@ mod tests {
                     });
                     let expected = best.map(|at| list.swap_remove(at));
                     assert_eq!(
-                        open.pop().map(|popped| (popped.index, popped.g)),
+                        open.pop().map(|popped| (popped.index, f64::from_bits(!popped.minus_g))),
                         expected.map(|(_, g, index)| (index, g))
                     );
                     last_f = expected.map_or(last_f, |(f, _, _)| f);
@@ -198,6 +304,6 @@ mod tests {
     #[test]
     #[should_panic(expected = "is a number")]
     fn a_priority_that_is_no_number_is_refused() {
-        Open::default().push(f64::NAN, 0.0, 1, None);
+        let _ = f64::NAN.entry(0.0, 1);
     }
 }
