@@ -131,6 +131,7 @@ pub struct Timings {
 #[derive(Debug, Default)]
 pub struct Runner {
     sensed: Vec<SensedObstacle>,
+    belief: Option<Belief>,
     /// The last episode.
     pub record: Record,
 }
@@ -175,10 +176,12 @@ impl Runner {
         termination: &TerminationSpec,
         stack: &mut Stack,
     ) -> Outcome {
-        let Self { sensed, record } = self;
+        let Self { sensed, belief, record } = self;
         let clock = Stopwatch::start();
         let mut world = World::new(scene, robot, conditions);
-        let mut belief = Belief::new(&scene.map.grid, &scene.map.field);
+        let (grid, field) = (&scene.map.grid, &scene.map.field);
+        let belief = belief.get_or_insert_with(|| Belief::new(grid, field));
+        belief.begin(grid, field);
         record.timings.world_s = clock.elapsed_s();
 
         let tick_max = termination.tick_max(scene, robot);
@@ -187,7 +190,7 @@ impl Runner {
         let mut anchor = (scene.start.position, 0u32);
 
         for tick in 0..tick_max {
-            world.sense(&mut belief, sensed);
+            world.sense(belief, sensed);
             if let Some(scan) = world.scan() {
                 record.trace.ray_count = scan.ranges_m.len();
                 record.trace.ranges_m.extend_from_slice(scan.ranges_m);
@@ -197,7 +200,7 @@ impl Runner {
                 dt_s: DT_S,
                 pose: world.believed_pose(),
                 twist: world.odometry(),
-                belief: &belief,
+                belief,
                 obstacles: sensed,
                 scan: world.scan(),
                 goal: world.goal(),

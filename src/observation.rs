@@ -4,38 +4,55 @@ use crate::geometry::outline::Outline;
 use crate::geometry::{Pose, Rect, Twist, Vec2};
 use crate::map::{Cell, DistanceField, OccupancyGrid};
 use crate::robot::Robot;
+use std::sync::Arc;
 
-/// The map as the robot believes it: the known map plus the unknown statics seen so far.
+/// The map as the robot believes it: the known map plus the unknown statics seen so far. It shares the known map with
+/// others until it differs from it.
 #[derive(Clone, Debug)]
 pub struct Belief {
-    grid: OccupancyGrid,
-    field: DistanceField,
+    known: (Arc<OccupancyGrid>, Arc<DistanceField>),
+    /// What is believed where that differs from the known map; kept for its memory where not.
+    own: Option<(OccupancyGrid, DistanceField)>,
+    differs: bool,
     revision: u64,
     added: Vec<Cell>,
 }
 
 impl Belief {
-    /// The belief before anything was seen.
-    pub fn new(grid: &OccupancyGrid, field: &DistanceField) -> Self {
-        Self { grid: grid.clone(), field: field.clone(), revision: 0, added: Vec::new() }
+    /// The belief before anything was seen; `field` is that of `grid`.
+    pub fn new(grid: &Arc<OccupancyGrid>, field: &Arc<DistanceField>) -> Self {
+        let known = (Arc::clone(grid), Arc::clone(field));
+        Self { known, own: None, differs: false, revision: 0, added: Vec::new() }
+    }
+
+    /// Forgets all that was seen, and begins with another known map. The memory is kept.
+    pub fn begin(&mut self, grid: &Arc<OccupancyGrid>, field: &Arc<DistanceField>) {
+        self.known = (Arc::clone(grid), Arc::clone(field));
+        self.differs = false;
+        self.revision = 0;
+        self.added.clear();
     }
 
     /// Marks every cell that `touches` says an obstacle touches, within `bounds` (grid frame).
     pub fn add(&mut self, bounds: Rect, touches: impl Fn(Rect) -> bool) {
-        let first = self.grid.cell_at(bounds.min);
-        let last = self.grid.cell_at(bounds.max);
+        let grid = self.grid();
+        let (first, last) = (grid.cell_at(bounds.min), grid.cell_at(bounds.max));
+        let (cols, rows) = (grid.cols(), grid.rows());
         let before = self.added.len();
-        for row in first.row.max(0)..=last.row.min(self.grid.rows() - 1) {
-            for col in first.col.max(0)..=last.col.min(self.grid.cols() - 1) {
+        for row in first.row.max(0)..=last.row.min(rows - 1) {
+            for col in first.col.max(0)..=last.col.min(cols - 1) {
                 let cell = Cell { col, row };
-                if self.grid.is_free(cell) && touches(self.grid.square(cell)) {
-                    self.grid.set_occupied(cell);
+                if self.grid().is_free(cell) && touches(self.grid().square(cell)) {
+                    self.own().0.set_occupied(cell);
                     self.added.push(cell);
                 }
             }
         }
         if self.added.len() > before {
-            self.field.add(&self.grid, &self.added[before..]);
+            let added = core::mem::take(&mut self.added);
+            let (grid, field) = self.own();
+            field.add(grid, &added[before..]);
+            self.added = added;
             self.revision += 1;
         }
     }
@@ -43,8 +60,9 @@ impl Belief {
     /// Frees the cells within `bounds` (grid frame) that were added for an obstacle that touches what `touches` says, but for those
     /// that `still_touched` claims for others.
     pub fn remove(&mut self, bounds: Rect, touches: impl Fn(Rect) -> bool, still_touched: impl Fn(Rect) -> bool) {
-        let Self { grid, added, .. } = self;
-        let before = added.len();
+        let before = self.added.len();
+        let mut added = core::mem::take(&mut self.added);
+        let (grid, field) = self.own();
         added.retain(|&cell| {
             let square = grid.square(cell);
             let overlaps = square.min.x <= bounds.max.x
@@ -59,19 +77,37 @@ impl Belief {
         });
         if added.len() < before {
             // Distances grow again, which cannot be done cell by cell; it happens rarely.
-            self.field = DistanceField::new(&self.grid);
+            *field = DistanceField::new(grid);
             self.revision += 1;
         }
+        self.added = added;
+    }
+
+    /// Grid and field of its own.
+    fn own(&mut self) -> &mut (OccupancyGrid, DistanceField) {
+        let (grid, field) = &self.known;
+        let own = self.own.get_or_insert_with(|| (OccupancyGrid::clone(grid), DistanceField::clone(field)));
+        if !core::mem::replace(&mut self.differs, true) {
+            own.0.clone_from(grid);
+            own.1.clone_from(field);
+        }
+        own
     }
 
     /// Occupancy as believed.
     pub fn grid(&self) -> &OccupancyGrid {
-        &self.grid
+        match &self.own {
+            Some((grid, _)) if self.differs => grid,
+            _ => &self.known.0,
+        }
     }
 
     /// Exact distance field of [`Self::grid`].
     pub fn field(&self) -> &DistanceField {
-        &self.field
+        match &self.own {
+            Some((_, field)) if self.differs => field,
+            _ => &self.known.1,
+        }
     }
 
     /// Counts the changes: equal revisions mean an equal map.
@@ -82,6 +118,13 @@ impl Belief {
     /// Cells that were added to the known map, oldest first.
     pub fn added(&self) -> &[Cell] {
         &self.added
+    }
+}
+
+impl From<&OccupancyGrid> for Belief {
+    /// The belief before anything was seen, of a map whose distance field is worked out for it.
+    fn from(grid: &OccupancyGrid) -> Self {
+        Self::new(&Arc::new(grid.clone()), &Arc::new(DistanceField::new(grid)))
     }
 }
 

@@ -290,7 +290,7 @@ fn an_obstacle_of_the_script_appears_is_believed_vanishes_and_is_forgotten_when_
     assert_eq!(known, [false, false, false, true, true, true, false, false]);
     assert_eq!(gaps, known, "the truth goes with it");
     assert_eq!((belief.revision(), belief.added().len(), world.seen_statics()), (2, 0, 0));
-    assert_eq!(belief.field(), &scene.map.field);
+    assert_eq!(belief.field(), &*scene.map.field);
 }
 
 #[test]

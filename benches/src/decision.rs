@@ -11,7 +11,7 @@ use crate::{Line, Row, Settings, Target, scenes};
 use rust_robotics_core::Point2D;
 use rust_robotics_planning::dwa::{DWAConfig, DWAPlanner, DWAState};
 use simrun::geometry::{Path, Pose, Twist, Vec2};
-use simrun::map::{DistanceField, OccupancyGrid};
+use simrun::map::OccupancyGrid;
 use simrun::observation::{Belief, Observation, SensedObstacle};
 use simrun::plan::local::dwa::{Params, Planner};
 use simrun::plan::local::{Decision, Guidance, LocalPlanner};
@@ -183,7 +183,7 @@ impl Question {
         };
         Self {
             robot: scene.robot(),
-            belief: Belief::new(map, &DistanceField::new(map)),
+            belief: Belief::from(map),
             movers,
             path: Path::polyline(&[scene.pose().position, scene.goal()]),
             pose: scene.pose(),

@@ -38,12 +38,24 @@ use super::{Cell, OccupancyGrid, SIDE_MAX};
 /// Distance from the centre of every cell to the nearest occupied square or to the border.
 ///
 /// Kept as squared distance in units of (resolution / 2)², four bytes a cell.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct DistanceField {
     cols: usize,
     rows: usize,
     resolution_m: f64,
     squared: Vec<u32>,
+}
+
+impl Clone for DistanceField {
+    fn clone(&self) -> Self {
+        Self { squared: self.squared.clone(), ..*self }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        let mut squared = core::mem::take(&mut self.squared);
+        squared.clone_from(&source.squared);
+        *self = Self { squared, ..*source };
+    }
 }
 
 /// Squared distance, in half cells, from a centre to a square `offset` rows (or columns) away.

@@ -49,13 +49,25 @@ impl Frame {
 }
 
 /// A rectangular grid of free and occupied cells.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct OccupancyGrid {
     cols: i32,
     rows: i32,
     resolution_m: f64,
     frame: Frame,
     occupied: Vec<bool>,
+}
+
+impl Clone for OccupancyGrid {
+    fn clone(&self) -> Self {
+        Self { occupied: self.occupied.clone(), ..*self }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        let mut occupied = core::mem::take(&mut self.occupied);
+        occupied.clone_from(&source.occupied);
+        *self = Self { occupied, ..*source };
+    }
 }
 
 impl OccupancyGrid {

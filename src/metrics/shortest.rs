@@ -71,7 +71,7 @@ pub fn shortest_m(scene: &Scene, radius_m: f64, goal_tolerance_m: f64) -> Option
 /// to the goal must not be forced around it.
 pub fn blocked_cells(scene: &Scene, radius_m: f64, goal_tolerance_m: f64) -> OccupancyGrid {
     let known = &scene.map.grid;
-    let mut blocked = known.clone();
+    let mut blocked = OccupancyGrid::clone(known);
     let reach_m = math::max(radius_m - CONTACT_DEPTH_M, 0.0);
     grow(known, reach_m, &mut blocked);
     for obstacle in &scene.unknown_static {

@@ -995,7 +995,7 @@ moving:
             assert_eq!((scene.unknown_static.len(), scene.movers.len()), (5, 4));
 
             // The true map, put together anew: start and goal connected for the disc of the clearance.
-            let mut truth = grid.clone();
+            let mut truth = OccupancyGrid::clone(grid);
             for obstacle in &scene.unknown_static {
                 for index in 0..grid.occupied().len() {
                     let cell = grid.cell(index);

@@ -6,14 +6,15 @@ use crate::geometry::{Rect, Vec2, convex};
 use crate::map::{Cell, DistanceField, OccupancyGrid};
 use crate::math;
 use rapier2d::prelude::{Pose as RapierPose, SharedShape, Vector};
+use std::sync::Arc;
 
 /// A known map with all that is derived from it once and shared by every episode that uses it.
 #[derive(Clone)]
 pub struct StaticMap {
     /// Occupancy.
-    pub grid: OccupancyGrid,
+    pub grid: Arc<OccupancyGrid>,
     /// Exact distance field of `grid`.
-    pub field: DistanceField,
+    pub field: Arc<DistanceField>,
     /// Row by row: the nearest occupied column at or left of each cell, [`NONE`] where there is none.
     left: Vec<u16>,
     /// Row by row: the nearest occupied column at or right of each cell.
@@ -44,7 +45,7 @@ impl StaticMap {
         let shape =
             SharedShape::compound(merged_rectangles(&grid).into_iter().chain(border(&grid)).map(cuboid).collect());
         let digest = digest_of(&grid);
-        Self { grid, field, left, right, shape, digest }
+        Self { grid: Arc::new(grid), field: Arc::new(field), left, right, shape, digest }
     }
 
     /// Known obstacles and the map's edge as one rapier shape: greedily merged rectangles and four bars.

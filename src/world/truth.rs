@@ -1045,7 +1045,7 @@ mod tests {
         let mut world = World::new(&scene, &robot, &Conditions::default());
         let mut belief = Belief::new(&scene.map.grid, &scene.map.field);
         world.sense(&mut belief, &mut Vec::new());
-        let mut expected = scene.map.grid.clone();
+        let mut expected = OccupancyGrid::clone(&scene.map.grid);
         for (col, row) in [(4, 4), (5, 4), (4, 5), (5, 5)] {
             expected.set_occupied(Cell { col, row });
         }

@@ -160,7 +160,7 @@ fn nearness(distance_m: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::geometry::{Path, Pose, Twist, Vec2, direction};
-    use crate::map::{Cell, DistanceField, OccupancyGrid};
+    use crate::map::{Cell, OccupancyGrid};
     use crate::observation::{Belief, SensedObstacle};
     use crate::plan::local::tests::{Course, Drive};
     use crate::plan::local::{Mode, dwa};
@@ -257,7 +257,7 @@ mod tests {
                     grid.set_occupied(grid.cell(index));
                 }
             }
-            let belief = Belief::new(&grid, &DistanceField::new(&grid));
+            let belief = Belief::from(&grid);
             let robot = Robot::default();
             let mut point = || Vec2::new(stream.range(1.0, 19.0), stream.range(1.0, 19.0));
             let (start, previous_node, goal) = (point(), point(), point());

@@ -123,7 +123,7 @@ fn turn_on_the_spot(bearing: f64, robot: &Robot, dt_s: f64) -> f64 {
 pub(crate) mod tests {
     use super::*;
     use crate::geometry::Pose;
-    use crate::map::{DistanceField, OccupancyGrid};
+    use crate::map::OccupancyGrid;
     use crate::observation::{Belief, SensedObstacle};
 
     /// A small closed loop: one robot, one map, movers at constant velocity, exact arcs, ten looks a tick.
@@ -160,7 +160,7 @@ pub(crate) mod tests {
             ticks: u32,
             mut planner: impl FnMut(&Observation<'_>, &Guidance<'_>) -> Decision,
         ) -> Drive {
-            let belief = Belief::new(&self.grid, &DistanceField::new(&self.grid));
+            let belief = Belief::from(&self.grid);
             let (goal, dt_s) = (self.path.end(), 0.1);
             let (mut pose, mut twist, mut movers, mut progress_m) = (self.start, Twist::ZERO, self.movers.clone(), 0.0);
             let mut drive = Drive { poses: vec![], decisions: vec![], clearance_m: f64::INFINITY, arrived: false };

@@ -268,7 +268,6 @@ mod tests {
     use super::super::lanes::Plain;
     use super::*;
     use crate::geometry::Rect;
-    use crate::map::DistanceField;
     use crate::math;
     use crate::rng::{EpisodeSeed, Purpose, Stream};
 
@@ -287,7 +286,7 @@ mod tests {
                 }
             }
         }
-        Belief::new(&grid, &DistanceField::new(&grid))
+        Belief::from(&grid)
     }
 
     /// The distance that the patch gives at `p`, looked up from a robot at `from`.
@@ -345,7 +344,7 @@ mod tests {
     fn beside_a_wall_and_before_a_corner_the_slack_is_the_derived_one() {
         let mut grid = OccupancyGrid::empty(12, 12, 1.0);
         grid.set_occupied(Cell { col: 5, row: 5 });
-        let belief = Belief::new(&grid, &DistanceField::new(&grid));
+        let belief = Belief::from(&grid);
         let mut patch = Patch::default();
         let mut at = |x: f64, y: f64| looked_up_m(&mut patch, &belief, Vec2::new(6.5, 6.5), Vec2::new(x, y), 900.0);
         // 0.25 m to the right of the square, half way between nodes along the wall: √(0.25² − 0.05²).
@@ -360,7 +359,7 @@ mod tests {
     #[test]
     fn outside_the_map_is_blocked() {
         let grid = OccupancyGrid::empty(4, 4, 1.0);
-        let belief = Belief::new(&grid, &DistanceField::new(&grid));
+        let belief = Belief::from(&grid);
         let mut patch = Patch::default();
         let mut at = |x: f64, y: f64| looked_up_m(&mut patch, &belief, Vec2::new(2.0, 2.0), Vec2::new(x, y), 900.0);
         assert!((at(0.4, 2.0) - 0.4).abs() < 1e-5);
@@ -386,7 +385,7 @@ mod tests {
     #[test]
     fn a_new_obstacle_is_seen_at_once() {
         let grid = OccupancyGrid::empty(10, 10, 1.0);
-        let mut belief = Belief::new(&grid, &DistanceField::new(&grid));
+        let mut belief = Belief::from(&grid);
         let mut patch = Patch::default();
         let (from, p) = (Vec2::new(5.0, 5.0), Vec2::new(6.5, 5.5));
         assert!(looked_up_m(&mut patch, &belief, from, p, 900.0) > 2.0);

@@ -1,7 +1,7 @@
 //! Tests of the window as a whole: rollouts, clearances, braking rule, normalisation, choice, recovery.
 
 use super::*;
-use crate::map::{Cell, DistanceField, OccupancyGrid};
+use crate::map::{Cell, OccupancyGrid};
 use crate::observation::{Belief, SensedObstacle};
 use crate::rng::{EpisodeSeed, Purpose, Stream};
 use crate::robot::Robot;
@@ -21,7 +21,7 @@ fn settings() -> Settings {
 }
 
 fn belief(grid: &OccupancyGrid) -> Belief {
-    Belief::new(grid, &DistanceField::new(grid))
+    Belief::from(grid)
 }
 
 fn open_space() -> Belief {
