@@ -20,7 +20,7 @@
 //! first set bit. The maps of bits are built where the grid differs from that of the call before, which is compared
 //! byte by byte; nothing else is kept.
 //!
-//! **Exact.** Each path is as long as that of [`a_star`], compared in counts of steps; which one of
+//! **Exact.** Each path is as long as that of `a_star`, compared in counts of steps; which one of
 //! several shortest paths it is differs. Between two jump points it goes diagonally first, then straight. All cells
 //! passed are given.
 //!
@@ -28,7 +28,7 @@
 //! are run over do not count. So the counts are no measure of work beside those of other planners.
 //!
 //! **Limits.** Only the corner rule `forbid`, and only one cost for all cells: where the grid has an escape zone the
-//! plain rule of [`a_star`] searches instead (octile, `forbid`).
+//! plain rule of `a_star` searches instead (octile, `forbid`).
 //!
 //! Departures: none from the second paper; its preprocessed variant (JPS+) is not offered.
 //!

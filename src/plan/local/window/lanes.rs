@@ -240,7 +240,11 @@ mod wide {
             }
             unsafe {
                 // Entries of lanes k and k + 4 in the halves of one vector; then a transposition of 4 × 4 in each half.
-                let [p, q, r, s] = [0, 1, 2, 3].map(|lane| pair(table, index[lane], index[lane + LANES / 2]));
+                // (No closure: one would not have AVX2, and every instruction would become a call.)
+                let p = pair(table, index[0], index[4]);
+                let q = pair(table, index[1], index[5]);
+                let r = pair(table, index[2], index[6]);
+                let s = pair(table, index[3], index[7]);
                 let (pq_low, pq_high) = (_mm256_unpacklo_ps(p, q), _mm256_unpackhi_ps(p, q));
                 let (rs_low, rs_high) = (_mm256_unpacklo_ps(r, s), _mm256_unpackhi_ps(r, s));
                 [
@@ -257,7 +261,8 @@ mod wide {
     #[inline(always)]
     unsafe fn pair(table: &[[f32; 4]], low: u32, high: u32) -> __m256 {
         unsafe {
-            let [low, high] = [low, high].map(|index| _mm_loadu_ps(table.get_unchecked(index as usize).as_ptr()));
+            let low = _mm_loadu_ps(table.get_unchecked(low as usize).as_ptr());
+            let high = _mm_loadu_ps(table.get_unchecked(high as usize).as_ptr());
             _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(low), high)
         }
     }
