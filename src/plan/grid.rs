@@ -344,7 +344,9 @@ impl PlanningGrid {
 
     /// Number of passable cells, those of escape zones included.
     pub(super) fn passable_count(&self) -> usize {
-        self.cells.iter().filter(|&&bits| bits & PASSABLE != 0).count()
+        // In parts whose counts fit a byte, which the compiler adds up many at a time.
+        let of_part = |part: &[u8]| part.iter().fold(0u8, |count, bits| count.wrapping_add(bits & PASSABLE));
+        self.cells.chunks(usize::from(u8::MAX)).map(|part| usize::from(of_part(part))).sum()
     }
 
     /// Whether any cell belongs to an escape zone.

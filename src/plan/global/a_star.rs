@@ -15,8 +15,8 @@
 //! Departures: none; the heuristic of the papers differs (gao, zhu, qin, hu: `euclidean`; zhao: `manhattan`).
 
 use super::search::{
-    Arrival, CornerRule, Heuristic, MoveTable, Moves, RealEntry, Rule, Steps, Ticks, Visit, WholeEntry, WholeSteps,
-    Workspace,
+    Arrival, Buckets, CornerRule, Heuristic, MoveTable, Moves, RealEntry, Rule, Steps, Ticks, Visit, WholeEntry,
+    WholeSteps, Workspace,
 };
 use super::{Entry, GlobalPlanner, Problem, Search};
 use crate::map::Cell;
@@ -45,9 +45,9 @@ pub const ENTRY: Entry = Entry {
 pub struct Planner {
     params: Params,
     /// For the octile distance, whose f is a number of steps.
-    whole: Workspace<Ticks, WholeEntry>,
+    whole: Workspace<Ticks, Buckets<WholeEntry>>,
     /// For the other estimates.
-    real: Workspace<Steps, RealEntry>,
+    real: Workspace<Steps, Buckets<RealEntry>>,
 }
 
 impl Planner {
@@ -91,9 +91,13 @@ impl Rule for CostPlusOctile<'_> {
         self.moves.after(from.arrived_by, self.problem.grid, from.index)
     }
 
+    fn estimate(&self, cell: Cell) -> Ticks {
+        Ticks::octile(cell, self.problem.goal)
+    }
+
     fn priority(&self, arrival: Arrival<Ticks>) -> WholeSteps {
-        let h = Ticks::octile(arrival.cell, self.problem.goal);
-        WholeSteps { f: Ticks(arrival.g.0 + h.0), h }
+        let h = self.estimate(arrival.cell);
+        WholeSteps { f: arrival.g.plus(h), h }
     }
 }
 

@@ -10,7 +10,7 @@
 //! When to use it: as a baseline. [`a_star`](super::a_star) finds paths of the same length with fewer expansions.
 
 use super::search::{
-    Arrival, CornerRule, Cost, MoveTable, Moves, Rule, Ticks, Visit, WholeEntry, WholeSteps, Workspace,
+    Arrival, Buckets, CornerRule, Cost, MoveTable, Moves, Rule, Ticks, Visit, WholeEntry, WholeSteps, Workspace,
 };
 use super::{Entry, GlobalPlanner, PlanningGrid, Problem, Search};
 use crate::map::Cell;
@@ -35,7 +35,7 @@ pub const ENTRY: Entry = Entry {
 #[derive(Debug)]
 pub struct Planner {
     params: Params,
-    workspace: Workspace<Ticks, WholeEntry>,
+    workspace: Workspace<Ticks, Buckets<WholeEntry>>,
 }
 
 impl Planner {

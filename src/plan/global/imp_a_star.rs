@@ -32,7 +32,7 @@
 //!
 //! Parameters: [`Params`].
 
-use super::search::{Arrival, CornerRule, Cost, Moves, RealEntry, Rule, Steps, Visit, Workspace};
+use super::search::{Arrival, CornerRule, Cost, Heap, Moves, RealEntry, Rule, Steps, Visit, Workspace};
 use super::{Entry, GlobalPlanner, PlanningGrid, Problem, Search};
 use crate::geometry::Vec2;
 use crate::map::Cell;
@@ -103,7 +103,7 @@ pub const ENTRY: Entry = Entry {
 #[derive(Debug)]
 pub struct Planner {
     params: Params,
-    workspace: Workspace<Steps, RealEntry>,
+    workspace: Workspace<Steps, Heap<RealEntry>>,
 }
 
 impl Planner {
@@ -151,7 +151,7 @@ impl<'a> Leaning<'a> {
 
     /// What the step from `from` to `cell` adds to f, in cells.
     fn direction_term(&self, from: &Visit<Steps>, cell: Cell) -> f64 {
-        let step = between(from.cell, cell).normalize();
+        let step = direction(from.cell, cell);
         let to_goal = between(from.cell, self.problem.goal);
         let gain = self.params.direction_gain.get();
         match (self.params.direction_term, from.arrived_by) {
@@ -159,7 +159,7 @@ impl<'a> Leaning<'a> {
             (DirectionTerm::Goal, _) => -gain * to_goal.dot(&step),
             (DirectionTerm::PreviousStep, Some(before)) => {
                 let origin = Cell { col: 0, row: 0 };
-                let before = between(origin, before.from(origin)).normalize();
+                let before = direction(origin, before.from(origin));
                 gain * to_goal.norm() * (1.0 - before.dot(&step))
             }
             (DirectionTerm::PreviousStep, None) | (DirectionTerm::Off, _) => 0.0,
@@ -191,6 +191,12 @@ impl Rule for Leaning<'_> {
 fn obstacle_ratio(grid: &PlanningGrid) -> f64 {
     let all = f64::from(grid.cols()) * f64::from(grid.rows());
     (all - grid.passable_count() as f64) / all
+}
+
+/// The unit vector from a cell to a neighbour of it.
+fn direction(from: Cell, to: Cell) -> Vec2 {
+    let is_diagonal = from.col != to.col && from.row != to.row;
+    between(from, to) * if is_diagonal { 1.0 / math::SQRT_2 } else { 1.0 }
 }
 
 /// From the centre of one cell to that of another, in cells; for any cells, also those outside.

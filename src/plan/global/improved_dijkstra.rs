@@ -20,7 +20,7 @@
 //! Parameters: [`Params`].
 
 use super::search::{
-    Arrival, CornerRule, Cost, MoveTable, Moves, Rule, Ticks, Visit, WholeEntry, WholeSteps, Workspace,
+    Arrival, Buckets, CornerRule, Cost, MoveTable, Moves, Rule, Ticks, Visit, WholeEntry, WholeSteps, Workspace,
 };
 use super::{Entry, GlobalPlanner, PlanningGrid, Problem, Search};
 use crate::map::Cell;
@@ -46,7 +46,7 @@ pub const ENTRY: Entry = Entry {
 #[derive(Debug)]
 pub struct Planner {
     params: Params,
-    workspace: Workspace<Ticks, WholeEntry>,
+    workspace: Workspace<Ticks, Buckets<WholeEntry>>,
 }
 
 impl Planner {

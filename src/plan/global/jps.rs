@@ -35,14 +35,15 @@
 //! When to use it: wherever only the length of the path counts. On maps with many single obstacles it gains least.
 
 use super::a_star::CostPlusOctile;
-use super::search::{CornerRule, Cost, Heuristic, Move, Moves, Steps, Ticks, WholeEntry, Workspace};
+use super::search::{
+    Buckets, CornerRule, Cost, Entry as _, Heap, Move, Moves, Priority, Ticks, WholeEntry, WholeSteps, Workspace,
+};
 use super::{Entry, GlobalPlanner, PlanFailure, PlanningGrid, Problem, Search};
 use crate::map::Cell;
 use crate::plan::grid::PASSABLE;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 
 /// Parameters of `jps`: none.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -65,35 +66,29 @@ pub struct Planner {
     /// Number of this search; nodes that bear another are not met.
     search: u32,
     /// Best first. Cheaper entries of a node are pushed beside the old ones.
-    open: BinaryHeap<Reverse<Entrant>>,
+    open: Heap<WholeEntry>,
     pushed: u64,
     /// For grids with escape zones.
-    plain: Workspace<Ticks, WholeEntry>,
+    plain: Workspace<Ticks, Buckets<WholeEntry>>,
 }
 
 /// What is known of a cell.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    g: Steps,
+    g: Ticks,
     parent: u32,
     /// The search that met it.
     search: u32,
-}
-
-/// A jump point in the open list: smaller f, then larger g (both as bits of a number ≥ 0), then smaller index.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Entrant {
-    f: u64,
-    minus_g: u64,
-    index: u32,
+    /// The last step to it, none for the start.
     arrived_by: Option<Move>,
+    is_closed: bool,
 }
 
 /// A point of a run.
 #[derive(Clone, Copy, Debug)]
 struct Passed {
     cell: Cell,
-    g: Steps,
+    g: Ticks,
 }
 
 impl Planner {
@@ -112,7 +107,8 @@ impl Planner {
         }
         self.search += 1;
         if self.nodes.len() < grid.cells().len() {
-            self.nodes.resize(grid.cells().len(), Node { g: Steps::ZERO, parent: 0, search: 0 });
+            let unmet = Node { g: Ticks::ZERO, parent: 0, search: 0, arrived_by: None, is_closed: false };
+            self.nodes.resize(grid.cells().len(), unmet);
         }
     }
 
@@ -120,34 +116,28 @@ impl Planner {
     fn open(&mut self, problem: &Problem<'_>, parent: u32, arrived_by: Option<Move>, Passed { cell, g }: Passed) {
         let index = problem.grid.index(cell);
         let node = &mut self.nodes[index as usize];
-        if node.search == self.search && node.g.value() <= g.value() {
+        if node.search == self.search && node.g <= g {
             return;
         }
-        *node = Node { g, parent, search: self.search };
-        let f = Heuristic::Octile.added_to(g, cell, problem.goal);
-        self.open.push(Reverse(Entrant { f: f.to_bits(), minus_g: !g.value().to_bits(), index, arrived_by }));
+        *node = Node { g, parent, search: self.search, arrived_by, is_closed: false };
+        let h = Ticks::octile(cell, problem.goal);
+        self.open.push(Reverse(WholeSteps { f: g.plus(h), h }.entry(g, index)));
         self.pushed += 1;
     }
 
     /// Runs from a cell by a straight step and opens the jump point, if there is one.
     fn run_straight(&mut self, problem: &Problem<'_>, parent: u32, step: Move, from: Passed) {
         if let Some(cell) = self.lines.jump(from.cell, step, problem.goal) {
-            let steps = cell.col.abs_diff(from.cell.col) + cell.row.abs_diff(from.cell.row);
-            let g = from.g.plus(Steps { straight: steps, diagonal: 0 });
+            let g = from.g.plus(Ticks::octile(from.cell, cell));
             self.open(problem, parent, Some(step), Passed { cell, g });
         }
     }
 
     /// Runs from a cell by a diagonal step that is allowed there, and straight from each cell on the way.
     fn run_diagonally(&mut self, problem: &Problem<'_>, parent: u32, step: Move, from: Passed) {
-        let cells = problem.grid.cells();
         let parts = step.parts();
-        let ahead = |index: u32| {
-            let passable = |step: Move| cells[step.index_from(problem.grid, index) as usize];
-            passable(step) & passable(parts[0]) & passable(parts[1]) & PASSABLE != 0
-        };
         let (mut at, mut index) = (from, parent);
-        while ahead(index) {
+        while Moves::allowed(problem.grid, index, CornerRule::Forbid).contains(step) {
             index = step.index_from(problem.grid, index);
             at = Passed { cell: step.from(at.cell), g: at.g.stepped(true, 1) };
             if at.cell == problem.goal {
@@ -191,12 +181,15 @@ impl GlobalPlanner for Planner {
         self.begin(grid);
         let (start, goal) = (grid.index(problem.start), grid.index(problem.goal));
         let mut expanded = 0;
-        self.open(problem, start, None, Passed { cell: problem.start, g: Steps::ZERO });
-        while let Some(Reverse(Entrant { minus_g, index, arrived_by, .. })) = self.open.pop() {
-            let g = self.nodes[index as usize].g;
-            if g.value().to_bits() != !minus_g {
+        self.open(problem, start, None, Passed { cell: problem.start, g: Ticks::ZERO });
+        while let Some(Reverse(entry)) = self.open.pop() {
+            let index = entry.index();
+            let node = &mut self.nodes[index as usize];
+            if node.is_closed {
                 continue; // a cheaper entry of the same node came first
             }
+            node.is_closed = true;
+            let Node { g, arrived_by, .. } = *node;
             if index == goal {
                 self.trace(problem, path);
                 return Search { result: Ok(()), expanded, generated: self.pushed };
@@ -234,10 +227,15 @@ struct Lines {
     /// The grid that they were made from.
     cells: Vec<u8>,
     stride: usize,
-    rows: Vec<Word>,
-    words_per_row: usize,
-    cols: Vec<Word>,
-    words_per_col: usize,
+    rows: Axis,
+    cols: Axis,
+}
+
+/// All lines in one direction.
+#[derive(Debug, Default)]
+struct Axis {
+    words: Vec<Word>,
+    per_line: usize,
 }
 
 impl Lines {
@@ -251,80 +249,92 @@ impl Lines {
         self.cells.extend_from_slice(cells);
         self.stride = stride;
         let height = cells.len() / stride;
-        self.words_per_row = stride.div_ceil(WORD);
-        self.words_per_col = height.div_ceil(WORD);
-        self.rows.clear();
-        self.rows.resize(height * self.words_per_row, Word::default());
-        self.cols.clear();
-        self.cols.resize(stride * self.words_per_col, Word::default());
-        for (words, cells) in self.rows.chunks_exact_mut(self.words_per_row).zip(cells.chunks_exact(stride)) {
+        self.rows.begin(height, stride);
+        self.cols.begin(stride, height);
+        let Self { rows, cols, .. } = self;
+        for (words, cells) in rows.words.chunks_exact_mut(rows.per_line).zip(cells.chunks_exact(stride)) {
             for (word, cells) in words.iter_mut().zip(cells.chunks(WORD)) {
                 word.free = packed(cells);
             }
         }
         // Blocks of 64 rows and 64 columns, transposed.
-        for down in 0..self.words_per_col {
-            for across in 0..self.words_per_row {
+        for down in 0..cols.per_line {
+            for across in 0..rows.per_line {
                 let mut block = [0; WORD];
                 for (line, row) in block.iter_mut().zip(down * WORD..height) {
-                    *line = self.rows[row * self.words_per_row + across].free;
+                    *line = rows.words[row * rows.per_line + across].free;
                 }
                 transpose(&mut block);
                 for (line, col) in block.iter().zip(across * WORD..stride) {
-                    self.cols[col * self.words_per_col + down].free = *line;
+                    cols.words[col * cols.per_line + down].free = *line;
                 }
             }
         }
-        mark_stops(&mut self.rows, self.words_per_row);
-        mark_stops(&mut self.cols, self.words_per_col);
+        mark_stops(&mut rows.words, rows.per_line);
+        mark_stops(&mut cols.words, cols.per_line);
     }
 
     /// The first jump point beyond a cell in the direction of a straight step: the goal, or a cell with a forced move.
+    #[inline]
     fn jump(&self, from: Cell, step: Move, goal: Cell) -> Option<Cell> {
-        let by_row = step.direction().is_multiple_of(4); // E or W
-        let (words, words_per_line) =
-            if by_row { (&self.rows, self.words_per_row) } else { (&self.cols, self.words_per_col) };
-        let of = |cell: Cell| {
-            let (col, row) = ((cell.col + 1) as usize, (cell.row + 1) as usize);
-            if by_row { (row, col) } else { (col, row) }
-        };
-        let ((line, place), (goal_line, goal_place)) = (of(from), of(goal));
-        let line_words = &words[line * words_per_line..(line + 1) * words_per_line];
-        let is_up = step.direction() < 4; // E or N
-        let stop = if is_up { first_above(line_words, place) } else { last_below(line_words, place) };
-        let (low, high) = if is_up { (place, stop) } else { (stop, place) };
-        let at = if line == goal_line && low < goal_place && goal_place < high {
-            goal_place
-        } else if line_words[stop / WORD].free >> (stop % WORD) & 1 != 0 {
-            stop
-        } else {
-            return None;
-        };
-        let place = at as i32 - 1;
-        Some(if by_row { Cell { col: place, ..from } } else { Cell { row: place, ..from } })
+        let place = |coordinate: i32| (coordinate + 1) as usize;
+        let (col, row) = (place(from.col), place(from.row));
+        let goal_in_row = (goal.row == from.row).then(|| place(goal.col));
+        let goal_in_col = (goal.col == from.col).then(|| place(goal.row));
+        let in_row = |place: usize| Cell { col: place as i32 - 1, ..from };
+        let in_col = |place: usize| Cell { row: place as i32 - 1, ..from };
+        match step {
+            Move::E => self.rows.run_up(row, col, goal_in_row).map(in_row),
+            Move::W => self.rows.run_down(row, col, goal_in_row).map(in_row),
+            Move::N => self.cols.run_up(col, row, goal_in_col).map(in_col),
+            Move::S => self.cols.run_down(col, row, goal_in_col).map(in_col),
+            _ => unreachable!("a straight step"),
+        }
     }
 }
 
-/// The first place above `place` where a run upwards stops. The border is one, so there is one.
-fn first_above(words: &[Word], place: usize) -> usize {
-    let mut at = (place + 1) / WORD;
-    let mut stops = words[at].stops_up & u64::MAX << ((place + 1) % WORD);
-    while stops == 0 {
-        at += 1;
-        stops = words[at].stops_up;
+impl Axis {
+    /// Makes room for lines of some length, all blocked.
+    fn begin(&mut self, lines: usize, length: usize) {
+        self.per_line = length.div_ceil(WORD);
+        self.words.clear();
+        self.words.resize(lines * self.per_line, Word::default());
     }
-    at * WORD + stops.trailing_zeros() as usize
-}
 
-/// The last place below `place` where a run downwards stops.
-fn last_below(words: &[Word], place: usize) -> usize {
-    let mut at = (place - 1) / WORD;
-    let mut stops = words[at].stops_down & u64::MAX >> (WORD - 1 - (place - 1) % WORD);
-    while stops == 0 {
-        at -= 1;
-        stops = words[at].stops_down;
+    /// The first jump point above a place of a line, which may have the goal at some place.
+    fn run_up(&self, line: usize, place: usize, goal: Option<usize>) -> Option<usize> {
+        let words = &self.words[line * self.per_line..][..self.per_line];
+        // The first place where a run stops. The border is one, so there is one.
+        let mut at = (place + 1) / WORD;
+        let mut stops = words[at].stops_up & u64::MAX << ((place + 1) % WORD);
+        while stops == 0 {
+            at += 1;
+            stops = words[at].stops_up;
+        }
+        let bit = stops.trailing_zeros() as usize;
+        let stop = at * WORD + bit;
+        match goal {
+            Some(goal) if place < goal && goal < stop => Some(goal),
+            _ => (words[at].free >> bit & 1 != 0).then_some(stop),
+        }
     }
-    at * WORD + (WORD - 1) - stops.leading_zeros() as usize
+
+    /// The first jump point below a place of a line, which may have the goal at some place.
+    fn run_down(&self, line: usize, place: usize, goal: Option<usize>) -> Option<usize> {
+        let words = &self.words[line * self.per_line..][..self.per_line];
+        let mut at = (place - 1) / WORD;
+        let mut stops = words[at].stops_down & u64::MAX >> (WORD - 1 - (place - 1) % WORD);
+        while stops == 0 {
+            at -= 1;
+            stops = words[at].stops_down;
+        }
+        let bit = WORD - 1 - stops.leading_zeros() as usize;
+        let stop = at * WORD + bit;
+        match goal {
+            Some(goal) if stop < goal && goal < place => Some(goal),
+            _ => (words[at].free >> bit & 1 != 0).then_some(stop),
+        }
+    }
 }
 
 /// Works out where runs stop, from what is free. The first and the last line are border, where nothing runs.
@@ -368,6 +378,7 @@ fn transpose(block: &mut [u64; WORD]) {
 mod tests {
     use super::*;
     use crate::plan::global::GlobalChoice;
+    use crate::plan::global::search::Steps;
     use crate::plan::grid::tests::{drawn, random_cell, random_map, stream, uninflated};
 
     /// The steps of a path, each of which must be allowed.

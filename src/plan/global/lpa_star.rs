@@ -37,7 +37,7 @@
 //!
 //! When to use it: with replanning on a map that changes here and there. Without, `a_star` does the same with less.
 
-use super::search::{CornerRule, Cost, Heuristic, Move, Moves, Steps, step_factor};
+use super::search::{CornerRule, Cost, Move, Moves, Ticks, step_factor};
 use super::{Entry, GlobalPlanner, PlanFailure, PlanningGrid, Problem, Search};
 use crate::map::Cell;
 use crate::plan::grid::PASSABLE;
@@ -61,20 +61,22 @@ pub const ENTRY: Entry = Entry {
 };
 
 /// The distance of a node that no way is known to; above that of any path.
-const UNREACHED: Steps = Steps { straight: u32::MAX, diagonal: 0 };
+const UNREACHED: Ticks = Ticks(u64::MAX);
 
 /// What is known of a node: its distance from the root, and the same one step ahead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Vertex {
-    g: Steps,
-    rhs: Steps,
+    g: Ticks,
+    rhs: Ticks,
 }
 
-/// Both parts of a key as the bits of numbers of at least 0, which compare like the numbers.
-type Key = (u64, u64);
+type Key = (Ticks, Ticks);
 
 /// The key of a node that nothing is known of: behind all others.
-const LAST: Key = (u64::MAX, u64::MAX);
+const LAST: Key = (UNREACHED, UNREACHED);
+
+/// Cells that are compared at once to find those that changed.
+const COMPARED: usize = 256;
 
 /// The planner.
 #[derive(Debug)]
@@ -123,9 +125,12 @@ impl Planner {
             self.order_queue_anew(grid);
         }
         self.changed.clear();
-        let differing = self.cells.iter().zip(grid.cells()).enumerate().filter(|(_, (old, new))| old != new);
-        self.changed.extend(differing.map(|(index, _)| index as u32));
-        self.cells.copy_from_slice(grid.cells());
+        let parts = self.cells.chunks_mut(COMPARED).zip(grid.cells().chunks(COMPARED)).enumerate();
+        for (part, (old, new)) in parts.filter(|(_, (old, new))| old != new) {
+            let differing = (0..new.len()).filter(|&at| old[at] != new[at]);
+            self.changed.extend(differing.map(|at| (part * COMPARED + at) as u32));
+            old.copy_from_slice(new);
+        }
         // Steps from and to a changed cell, and those that pass it diagonally: all between it and its neighbours.
         for at in 0..self.changed.len() {
             let stride = grid.stride() as u32;
@@ -145,7 +150,7 @@ impl Planner {
         self.vertices.clear();
         self.vertices.resize(self.cells.len(), Vertex { g: UNREACHED, rhs: UNREACHED });
         self.queue.clear();
-        self.set_rhs(grid, grid.index(problem.goal), Steps::ZERO);
+        self.set_rhs(grid, grid.index(problem.goal), Ticks::ZERO);
     }
 
     /// Gives every entry of the queue the key of today and drops those that are out of date.
@@ -167,12 +172,11 @@ impl Planner {
 
     fn key(&self, grid: &PlanningGrid, index: u32) -> Key {
         let Vertex { g, rhs } = self.vertices[index as usize];
-        let distance = if g.value() < rhs.value() { g } else { rhs };
+        let distance = g.min(rhs);
         if distance == UNREACHED {
             return LAST;
         }
-        let estimate = Heuristic::Octile.added_to(distance, grid.cell(index), self.start);
-        (estimate.to_bits(), distance.value().to_bits())
+        (distance.plus(Ticks::octile(grid.cell(index), self.start)), distance)
     }
 
     /// Repairs g and rhs until the distance of `start` is right; the number of nodes expanded.
@@ -189,12 +193,12 @@ impl Planner {
             }
             expanded += 1;
             let Vertex { g, rhs } = self.vertices[index as usize];
-            if rhs.value() < g.value() {
+            if rhs < g {
                 self.vertices[index as usize].g = rhs;
                 for step in self.moves(grid, index) {
                     let to = step.index_from(grid, index);
                     let distance = stepped(grid, rhs, index, to, step);
-                    if distance.value() < self.vertices[to as usize].rhs.value() {
+                    if distance < self.vertices[to as usize].rhs {
                         self.set_rhs(grid, to, distance);
                     }
                 }
@@ -219,13 +223,13 @@ impl Planner {
     }
 
     /// The neighbour to go by from a node, and the distance that way; the first of equals.
-    fn best_neighbour(&self, grid: &PlanningGrid, index: u32) -> Option<(u32, Steps)> {
+    fn best_neighbour(&self, grid: &PlanningGrid, index: u32) -> Option<(u32, Ticks)> {
         let neighbours = self.moves(grid, index).filter_map(|step| {
             let to = step.index_from(grid, index);
             let g = self.vertices[to as usize].g;
             (g != UNREACHED).then(|| (to, stepped(grid, g, index, to, step)))
         });
-        neighbours.min_by(|a, b| a.1.value().total_cmp(&b.1.value()))
+        neighbours.min_by_key(|&(_, distance)| distance)
     }
 
     /// Computes the rhs of a node from those around it.
@@ -236,7 +240,7 @@ impl Planner {
         }
     }
 
-    fn set_rhs(&mut self, grid: &PlanningGrid, index: u32, rhs: Steps) {
+    fn set_rhs(&mut self, grid: &PlanningGrid, index: u32, rhs: Ticks) {
         if self.vertices[index as usize].rhs != rhs {
             self.vertices[index as usize].rhs = rhs;
             self.push(grid, index);
@@ -257,7 +261,7 @@ impl Planner {
         path.push(grid.cell(index));
         while self.goal != Some(grid.cell(index)) {
             let (next, _) = self.best_neighbour(grid, index).expect("a reached node has a reached neighbour");
-            let distance = |index: u32| self.vertices[index as usize].g.value();
+            let distance = |index: u32| self.vertices[index as usize].g;
             assert!(distance(next) < distance(index), "the way to the goal goes downhill");
             index = next;
             path.push(grid.cell(index));
@@ -266,7 +270,7 @@ impl Planner {
 }
 
 /// A distance with the step between two nodes added.
-fn stepped(grid: &PlanningGrid, distance: Steps, a: u32, b: u32, step: Move) -> Steps {
+fn stepped(grid: &PlanningGrid, distance: Ticks, a: u32, b: u32, step: Move) -> Ticks {
     let factor = step_factor(grid.cells()[a as usize] | grid.cells()[b as usize]);
     distance.stepped(step.is_diagonal(), factor)
 }
@@ -299,6 +303,7 @@ impl GlobalPlanner for Planner {
 mod tests {
     use super::*;
     use crate::map::OccupancyGrid;
+    use crate::plan::global::search::Steps;
     use crate::plan::global::{GlobalChoice, dijkstra};
     use crate::plan::grid::tests::{drawn, random_cell, random_map, stream, uninflated};
 

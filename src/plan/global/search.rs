@@ -18,7 +18,7 @@
 //! closed nodes are final; an equal cost never replaces a connection. The goal that ends a search is
 //! not expanded, and an entry made worthless by a cheaper one is neither expanded nor counted.
 //!
-//! **Memory.** One record of 12 bytes per padded cell (16 for real-valued costs), and the open list. Nothing is
+//! **Memory.** One record of 8 bytes per padded cell (16 for real-valued costs), and the open list. Nothing is
 //! cleared between searches: a record is valid if it bears the stamp of the current search. Both grow to the
 //! largest map met and are kept.
 //!
@@ -37,13 +37,13 @@ pub(super) use cost::{Cost, Steps, Ticks};
 pub(super) use marks::Marks;
 pub use moves::CornerRule;
 pub(super) use moves::{Move, MoveTable, Moves};
-pub(super) use open::{Priority, RealEntry, WholeEntry, WholeSteps};
+pub(super) use open::{Buckets, Entry, Heap, Priority, RealEntry, WholeEntry, WholeSteps};
 
 use super::{PlanFailure, Problem, Search};
 use crate::map::Cell;
 use crate::plan::PlanningGrid;
 use crate::plan::grid::{ESCAPE, ESCAPE_FACTOR};
-use open::{Entry, Open};
+use open::OpenList;
 
 /// A node that is being expanded.
 #[derive(Clone, Copy, Debug)]
@@ -83,16 +83,25 @@ pub(super) trait Rule {
     /// The moves to try from a node.
     fn moves(&self, from: &Visit<Self::Cost>) -> Moves;
 
-    /// Parent and cost of the node that `step` leads to from `from`, where a plain step costs `stepped`.
+    /// Parent and cost of the node that `step` leads to from `from`, where a plain step costs `stepped`; none where
+    /// that is no less than `known`, what the node costs so far if it has been met.
     fn connect(
         &self,
         nodes: &Nodes<Self::Cost>,
         from: &Visit<Self::Cost>,
         step: Move,
         stepped: Self::Cost,
-    ) -> (<Self::Cost as Cost>::Parent, Self::Cost) {
+        known: Option<<Self::Cost as Cost>::Kept>,
+    ) -> Option<(<Self::Cost as Cost>::Parent, Self::Cost)> {
         let _ = (nodes, step);
-        (Self::Cost::parent(from.index), stepped)
+        let is_cheaper = known.is_none_or(|known| stepped.is_below(known));
+        is_cheaper.then(|| (Self::Cost::parent(from.index), stepped))
+    }
+
+    /// The part h of f, where f is g + h in whole steps.
+    fn estimate(&self, cell: Cell) -> Self::Cost {
+        let _ = cell;
+        Self::Cost::ZERO
     }
 
     /// f: the node with the smallest is expanded first.
@@ -107,7 +116,7 @@ pub(super) fn step_factor(bits: u8) -> u32 {
 /// What is known of a cell.
 #[derive(Clone, Copy, Debug)]
 struct Node<C: Cost> {
-    g: C,
+    g: C::Kept,
     parent: C::Parent,
     state: State,
 }
@@ -147,8 +156,8 @@ pub(super) struct Nodes<C: Cost> {
 }
 
 impl<C: Cost> Nodes<C> {
-    /// Cost of a node that has been met in this search.
-    pub fn g(&self, index: u32) -> C {
+    /// What a node that has been met in this search keeps of its cost.
+    pub fn g(&self, index: u32) -> C::Kept {
         self.of_cells[index as usize].g
     }
 
@@ -160,7 +169,7 @@ impl<C: Cost> Nodes<C> {
         }
         self.search.0 += State::ONE_SEARCH;
         if self.of_cells.len() < grid.cells().len() {
-            let unmet = Node { g: C::ZERO, parent: C::Parent::default(), state: State::UNMET };
+            let unmet = Node { g: C::Kept::default(), parent: C::Parent::default(), state: State::UNMET };
             self.of_cells.resize(grid.cells().len(), unmet);
         }
     }
@@ -185,23 +194,23 @@ impl<C: Cost> Nodes<C> {
 
 /// The memory of a search: carries nothing from one search to the next but its size.
 #[derive(Debug)]
-pub(super) struct Workspace<C: Cost, E> {
+pub(super) struct Workspace<C: Cost, O> {
     nodes: Nodes<C>,
-    open: Open<E>,
+    open: O,
 }
 
-impl<C: Cost, E> Default for Workspace<C, E> {
+impl<C: Cost, O: Default> Default for Workspace<C, O> {
     fn default() -> Self {
-        Self { nodes: Nodes { of_cells: Vec::new(), search: State::UNMET }, open: Open::default() }
+        Self { nodes: Nodes { of_cells: Vec::new(), search: State::UNMET }, open: O::default() }
     }
 }
 
-impl<C: Cost, E: Entry> Workspace<C, E> {
+impl<C: Cost, O: OpenList> Workspace<C, O> {
     /// Finds a path by the rule; see the module. `path` holds start to goal, or nothing on failure.
     pub fn search<R>(&mut self, rule: &R, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search
     where
         R: Rule<Cost = C>,
-        R::Priority: Priority<C, Entry = E>,
+        R::Priority: Priority<C, Entry = O::Entry>,
     {
         path.clear();
         let mut search = Search { result: Err(PlanFailure::NoPath), expanded: 0, generated: 0 };
@@ -219,7 +228,7 @@ impl<C: Cost, E: Entry> Workspace<C, E> {
         let (met, closed) = (nodes.search, nodes.search.closed());
 
         let parent = C::parent(start);
-        nodes.of_cells[start as usize] = Node { g: C::ZERO, parent, state: met.opened(None) };
+        nodes.of_cells[start as usize] = Node { g: C::ZERO.kept(), parent, state: met.opened(None) };
         let priority = rule.priority(Arrival { cell: problem.start, g: C::ZERO, from: None });
         open.push(priority.entry(C::ZERO, start));
         search.generated = 1;
@@ -236,8 +245,9 @@ impl<C: Cost, E: Entry> Workspace<C, E> {
             }
             node.state = node.state.closed();
             search.expanded += 1;
-            let Node { g, parent, state } = *node;
+            let Node { g: kept, parent, state } = *node;
             let from = Visit { index, cell: grid.cell(index), parent, arrived_by: state.arrived_by() };
+            let g = R::Priority::cost(entry, kept, || rule.estimate(from.cell));
             for step in rule.moves(&from) {
                 let to = index.wrapping_add_signed(offsets[step.direction()]);
                 let known = nodes.of_cells[to as usize];
@@ -249,12 +259,10 @@ impl<C: Cost, E: Entry> Workspace<C, E> {
                 } else {
                     1
                 };
-                let (parent, g) = rule.connect(nodes, &from, step, g.stepped(step.is_diagonal(), factor));
-                let is_as_cheap = !g.is_below(known.g);
-                if known.state >= met && is_as_cheap {
-                    continue;
-                }
-                nodes.of_cells[to as usize] = Node { g, parent, state: met.opened(Some(step)) };
+                let stepped = g.stepped(step.is_diagonal(), factor);
+                let known = (known.state >= met).then_some(known.g);
+                let Some((parent, g)) = rule.connect(nodes, &from, step, stepped, known) else { continue };
+                nodes.of_cells[to as usize] = Node { g: g.kept(), parent, state: met.opened(Some(step)) };
                 let priority = rule.priority(Arrival { cell: step.from(from.cell), g, from: Some(from) });
                 open.push(priority.entry(g, to));
                 search.generated += 1;

@@ -20,7 +20,7 @@
 //! escape zones (simrun's own) nothing is cut: there the path keeps to the cells' centres, at ten
 //! times the cost.
 
-use super::search::{Arrival, CornerRule, Move, Moves, Nodes, RealEntry, Rule, Visit, Workspace};
+use super::search::{Arrival, Buckets, CornerRule, Move, Moves, Nodes, RealEntry, Rule, Visit, Workspace};
 use super::{Entry, GlobalPlanner, Problem, Search};
 use crate::map::Cell;
 use crate::math::hypot;
@@ -42,7 +42,7 @@ pub const ENTRY: Entry = Entry {
 /// The planner.
 #[derive(Debug)]
 pub struct Planner {
-    workspace: Workspace<f64, RealEntry>,
+    workspace: Workspace<f64, Buckets<RealEntry>>,
 }
 
 impl Planner {
@@ -74,14 +74,26 @@ impl Rule for ParentInSight<'_> {
         Moves::allowed(self.problem.grid, from.index, CornerRule::Forbid)
     }
 
-    fn connect(&self, nodes: &Nodes<f64>, from: &Visit<f64>, step: Move, stepped: f64) -> (u32, f64) {
+    fn connect(
+        &self,
+        nodes: &Nodes<f64>,
+        from: &Visit<f64>,
+        step: Move,
+        stepped: f64,
+        known: Option<f64>,
+    ) -> Option<(u32, f64)> {
         let grid = self.problem.grid;
-        let parent = grid.cell(from.parent);
-        let to = step.from(from.cell);
+        let (parent, to) = (grid.cell(from.parent), step.from(from.cell));
+        let straight = nodes.g(from.parent) + distance(parent, to);
+        let is_cheaper = |g: f64| known.is_none_or(|known| g < known);
+        // Sight is what takes long: it is looked for only where it matters.
+        if !(is_cheaper(straight) || is_cheaper(stepped)) {
+            return None;
+        }
         if grid.line_of_sight_cells_free(parent, to) {
-            (from.parent, nodes.g(from.parent) + distance(parent, to))
+            is_cheaper(straight).then_some((from.parent, straight))
         } else {
-            (from.index, stepped)
+            is_cheaper(stepped).then_some((from.index, stepped))
         }
     }
 

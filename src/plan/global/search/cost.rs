@@ -16,8 +16,14 @@ pub(in super::super) trait Cost: Copy {
     /// The cost as a number, in cells.
     fn value(self) -> f64;
 
-    /// Whether it is less than another.
-    fn is_below(self, other: Self) -> bool;
+    /// What a node keeps of its cost: enough to tell a cheaper connection.
+    type Kept: Copy + Default + core::fmt::Debug;
+
+    /// What a node keeps of the cost.
+    fn kept(self) -> Self::Kept;
+
+    /// Whether it is less than what a node has kept.
+    fn is_below(self, kept: Self::Kept) -> bool;
 
     /// What a node keeps to know the one that it is connected to.
     type Parent: Copy + Default + core::fmt::Debug;
@@ -66,10 +72,16 @@ const DIAGONAL_TICKS: u64 = 97_184_015_999;
 impl Ticks {
     pub const PER_CELL: u64 = 1 << 36;
 
+    /// Both costs added.
+    pub fn plus(self, other: Self) -> Self {
+        Self(self.0.wrapping_add(other.0))
+    }
+
     /// The octile distance between two cells.
     pub fn octile(a: Cell, b: Cell) -> Self {
-        let Steps { straight, diagonal } = octile(a, b);
-        Self(u64::from(straight) * Self::PER_CELL + u64::from(diagonal) * DIAGONAL_TICKS)
+        let (dx, dy) = (u64::from(a.col.abs_diff(b.col)), u64::from(a.row.abs_diff(b.row)));
+        let (long, short) = (dx.max(dy), dx.min(dy));
+        Self(long.wrapping_mul(Self::PER_CELL).wrapping_add(short.wrapping_mul(DIAGONAL_TICKS - Self::PER_CELL)))
     }
 }
 
@@ -77,15 +89,27 @@ impl Cost for Ticks {
     const ZERO: Self = Self(0);
 
     fn stepped(self, is_diagonal: bool, factor: u32) -> Self {
-        Self(self.0 + u64::from(factor) * if is_diagonal { DIAGONAL_TICKS } else { Self::PER_CELL })
+        let step = if is_diagonal { DIAGONAL_TICKS } else { Self::PER_CELL };
+        Self(self.0.wrapping_add(step.wrapping_mul(u64::from(factor))))
     }
 
     fn value(self) -> f64 {
         self.0 as f64 / Self::PER_CELL as f64
     }
 
-    fn is_below(self, other: Self) -> bool {
-        self < other
+    /// 32 bits, from 2⁻²⁵ to 2⁶ of a cell. It is compared in a circle, so a difference must be below 64 cells.
+    ///
+    /// Say n is reached by way of p, and q, which is taken out later, leads to it as well. h is consistent and steps go
+    /// both ways: p and q are taken out at their distances from the start, two steps by way of n apart at most. So
+    /// the two costs of n differ by four steps at most, 57 cells in an escape zone.
+    type Kept = u32;
+
+    fn kept(self) -> u32 {
+        (self.0 >> 11) as u32
+    }
+
+    fn is_below(self, kept: u32) -> bool {
+        (self.kept().wrapping_sub(kept) as i32) < 0
     }
 
     type Parent = ();
@@ -109,8 +133,14 @@ impl Cost for Steps {
         f64::from(self.straight) + f64::from(self.diagonal) * SQRT_2
     }
 
-    fn is_below(self, other: Self) -> bool {
-        self.value() < other.value()
+    type Kept = Self;
+
+    fn kept(self) -> Self {
+        self
+    }
+
+    fn is_below(self, kept: Self) -> bool {
+        self.value() < kept.value()
     }
 
     /// Nothing: it is the neighbour.
@@ -135,8 +165,14 @@ impl Cost for f64 {
         self
     }
 
-    fn is_below(self, other: Self) -> bool {
-        self < other
+    type Kept = Self;
+
+    fn kept(self) -> Self {
+        self
+    }
+
+    fn is_below(self, kept: Self) -> bool {
+        self < kept
     }
 
     /// Its index.

@@ -58,8 +58,19 @@ impl Move {
     }
 
     /// The move of a direction; none beyond 7.
-    pub fn of_direction(direction: u32) -> Option<Self> {
-        Self::ALL.get(direction as usize).copied()
+    pub const fn of_direction(direction: u32) -> Option<Self> {
+        // Not by way of `ALL`: this costs nothing.
+        Some(match direction {
+            0 => Self::E,
+            1 => Self::NE,
+            2 => Self::N,
+            3 => Self::NW,
+            4 => Self::W,
+            5 => Self::SW,
+            6 => Self::S,
+            7 => Self::SE,
+            _ => return None,
+        })
     }
 
     /// Whether it leads through a vertex.
@@ -96,6 +107,11 @@ pub(in super::super) struct Moves(u8);
 impl Moves {
     /// No move.
     pub const NONE: Self = Self(0);
+
+    /// Whether a move is one of them.
+    pub fn contains(self, step: Move) -> bool {
+        self.0 >> step.direction() & 1 != 0
+    }
 
     /// The moves that the corner rule allows from a cell of the map, given by its padded index.
     pub fn allowed(grid: &PlanningGrid, index: u32, rule: CornerRule) -> Self {

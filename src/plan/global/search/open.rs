@@ -1,6 +1,7 @@
-//! The open list: nodes waiting to be expanded, best first.
+//! The open list: nodes waiting to be expanded, best first. There are two, which give the same order: [`Buckets`],
+//! for searches whose f hardly ever falls, and a binary heap ([`Heap`]) for all others.
 //!
-//! A bucket queue whose order is exact. Entries are sorted into buckets by f, 1/128 of a cell each;
+//! [`Buckets`] is a bucket queue whose order is exact. Entries are sorted into buckets by f, 1/128 of a cell each;
 //! only the bucket in turn is kept in order, and only when its turn comes is a bucket sorted. So
 //! most pushes append to a list, and entries that are never reached cost nothing more. Within a
 //! search by A* a child with the f of its parent goes to the end of the bucket in turn, from where
@@ -10,6 +11,8 @@
 //! [`WholeEntry`], one integer, where f and h are whole steps; [`RealEntry`] for all others.
 
 use super::cost::{Cost, Ticks};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 /// Buckets per unit of f.
 const BUCKETS_PER_CELL: u64 = 128;
@@ -17,15 +20,18 @@ const BUCKETS_PER_CELL: u64 = 128;
 const RING: usize = 512;
 
 /// What a rule says of a node that is about to be pushed: its f, in the form that the rule has it in.
-pub(in super::super) trait Priority<C> {
+pub(in super::super) trait Priority<C: Cost> {
     /// The form of the entries.
     type Entry: Entry;
 
     /// The entry of a node that is reached at cost `g`, given its row-major index.
     fn entry(self, g: C, index: u32) -> Self::Entry;
 
-    /// Whether an entry is not known to have been pushed with another cost than `g`.
-    fn may_have_cost(entry: Self::Entry, g: C) -> bool;
+    /// Whether an entry is not known to have been pushed with another cost than the node has now.
+    fn may_have_cost(entry: Self::Entry, kept: C::Kept) -> bool;
+
+    /// The cost of a node whose best entry it is, given the estimate of what is left.
+    fn cost(entry: Self::Entry, kept: C::Kept, estimate: impl FnOnce() -> C) -> C;
 }
 
 /// A node's place in the order: the smallest is the best.
@@ -62,14 +68,24 @@ impl Priority<Ticks> for WholeSteps {
     }
 
     /// Of several entries of a node the cheapest has the smallest f and comes first; then the node is closed.
-    fn may_have_cost(_: WholeEntry, _: Ticks) -> bool {
+    fn may_have_cost(_: WholeEntry, _: u32) -> bool {
         true
+    }
+
+    fn cost(entry: WholeEntry, _: u32, estimate: impl FnOnce() -> Ticks) -> Ticks {
+        Ticks(entry.f().wrapping_sub(estimate().0))
+    }
+}
+
+impl WholeEntry {
+    fn f(self) -> u64 {
+        (self.0 >> 64) as u64
     }
 }
 
 impl Entry for WholeEntry {
     fn bucket(self) -> u64 {
-        (self.0 >> 64) as u64 / (Ticks::PER_CELL / BUCKETS_PER_CELL)
+        self.f() / (Ticks::PER_CELL / BUCKETS_PER_CELL)
     }
 
     fn index(self) -> u32 {
@@ -86,7 +102,7 @@ pub(in super::super) struct RealEntry {
     index: u32,
 }
 
-impl<C: Cost> Priority<C> for f64 {
+impl<C: Cost<Kept = C>> Priority<C> for f64 {
     type Entry = RealEntry;
 
     /// # Panics
@@ -96,8 +112,12 @@ impl<C: Cost> Priority<C> for f64 {
         RealEntry { f: ordered(self), minus_g: !g.value().to_bits(), index }
     }
 
-    fn may_have_cost(entry: RealEntry, g: C) -> bool {
-        entry.minus_g == !g.value().to_bits()
+    fn may_have_cost(entry: RealEntry, kept: C) -> bool {
+        entry.minus_g == !kept.value().to_bits()
+    }
+
+    fn cost(_: RealEntry, kept: C, _: impl FnOnce() -> C) -> C {
+        kept
     }
 }
 
@@ -125,8 +145,42 @@ fn number(ordered: u64) -> f64 {
 }
 
 /// The open list. Cheaper entries of a node are pushed beside the old ones, not moved.
+pub(in super::super) trait OpenList: Default {
+    /// What it holds.
+    type Entry: Entry;
+
+    /// Forgets all entries and keeps their memory.
+    fn clear(&mut self);
+
+    /// Adds an entry.
+    fn push(&mut self, entry: Self::Entry);
+
+    /// Takes out the best entry.
+    fn pop(&mut self) -> Option<Self::Entry>;
+}
+
+/// The open list of searches whose f may fall by any amount.
+pub(in super::super) type Heap<E> = BinaryHeap<Reverse<E>>;
+
+impl<E: Entry> OpenList for Heap<E> {
+    type Entry = E;
+
+    fn clear(&mut self) {
+        self.clear();
+    }
+
+    fn push(&mut self, entry: E) {
+        self.push(Reverse(entry));
+    }
+
+    fn pop(&mut self) -> Option<E> {
+        self.pop().map(|Reverse(entry)| entry)
+    }
+}
+
+/// The open list of searches whose f hardly ever falls, and never rises by much.
 #[derive(Debug)]
-pub(super) struct Open<E> {
+pub(in super::super) struct Buckets<E> {
     /// The entries of all buckets up to the one in turn, the best at the end.
     current: Vec<E>,
     /// Room to sort in.
@@ -143,7 +197,7 @@ pub(super) struct Open<E> {
     beyond_first: u64,
 }
 
-impl<E> Default for Open<E> {
+impl<E> Default for Buckets<E> {
     fn default() -> Self {
         Self {
             current: Vec::new(),
@@ -157,9 +211,10 @@ impl<E> Default for Open<E> {
     }
 }
 
-impl<E: Entry> Open<E> {
-    /// Forgets all entries and keeps their memory.
-    pub fn clear(&mut self) {
+impl<E: Entry> OpenList for Buckets<E> {
+    type Entry = E;
+
+    fn clear(&mut self) {
         self.current.clear();
         self.turn = 0;
         while let Some(slot) = self.next_filled(0) {
@@ -170,8 +225,7 @@ impl<E: Entry> Open<E> {
         self.beyond_first = u64::MAX;
     }
 
-    /// Adds an entry.
-    pub fn push(&mut self, entry: E) {
+    fn push(&mut self, entry: E) {
         let bucket = entry.bucket();
         if bucket > self.turn {
             self.put_off(bucket, entry);
@@ -181,14 +235,16 @@ impl<E: Entry> Open<E> {
         }
     }
 
-    /// Takes out the best entry.
-    pub fn pop(&mut self) -> Option<E> {
+    #[inline]
+    fn pop(&mut self) -> Option<E> {
         if self.current.is_empty() {
             self.turn_to_next_bucket();
         }
         self.current.pop()
     }
+}
 
+impl<E: Entry> Buckets<E> {
     /// Keeps an entry for the turn of its bucket.
     fn put_off(&mut self, bucket: u64, entry: E) {
         if bucket - self.turn < RING as u64 {
@@ -213,6 +269,7 @@ impl<E: Entry> Open<E> {
     }
 
     /// Brings the next bucket that has entries into `current`, if there is one.
+    #[inline(never)]
     fn turn_to_next_bucket(&mut self) {
         let slot_in_turn = self.turn as usize % RING;
         let first_in_ring = self
@@ -257,9 +314,9 @@ mod tests {
     use crate::plan::grid::tests::stream;
 
     /// Pushes and pops at random beside a list that is searched for its best entry each time.
-    fn agrees_with_a_plain_list(seed: u64, mut f: impl FnMut(f64, f64) -> f64) {
+    fn agrees_with_a_plain_list<O: OpenList<Entry = RealEntry>>(seed: u64, mut f: impl FnMut(f64, f64) -> f64) {
         let mut stream = stream(seed);
-        let mut open = Open::<RealEntry>::default();
+        let mut open = O::default();
         for _ in 0..300 {
             let mut list: Vec<(f64, f64, u32)> = Vec::new();
             let mut last_f = 0.0;
@@ -268,7 +325,7 @@ mod tests {
                     // Few different g, so that all three keys decide.
                     let (f, g) = (f(last_f, stream.uniform()), stream.index(3) as f64 * 0.7);
                     let index = index * 7919 % 300;
-                    open.push(f.entry(g, index));
+                    open.push(Priority::<f64>::entry(f, g, index));
                     list.push((f, g, index));
                 } else {
                     let best = (0..list.len()).min_by(|&a, &b| {
@@ -291,19 +348,24 @@ mod tests {
     #[test]
     fn entries_come_out_by_f_then_larger_g_then_smaller_index() {
         // As with a consistent heuristic, ties included: f never falls, by at most 3 cells per step.
-        agrees_with_a_plain_list(11, |last_f, u| last_f + (u * 6.0).floor() * 0.5);
+        agrees_with_a_plain_list::<Buckets<_>>(11, |last_f, u| last_f + (u * 6.0).floor() * 0.5);
+        agrees_with_a_plain_list::<Heap<_>>(11, |last_f, u| last_f + (u * 6.0).floor() * 0.5);
     }
 
     #[test]
     fn the_order_holds_where_f_falls_jumps_and_is_negative() {
-        agrees_with_a_plain_list(12, |last_f, u| last_f + (u - 0.6) * 40.0);
-        agrees_with_a_plain_list(13, |_, u| (u * 5.0).floor() * 1e3 - 2e3);
-        agrees_with_a_plain_list(14, |_, u| if u < 0.1 { f64::INFINITY } else { (u - 0.5) * 1e300 });
+        fn both<O: OpenList<Entry = RealEntry>>() {
+            agrees_with_a_plain_list::<O>(12, |last_f, u| last_f + (u - 0.6) * 40.0);
+            agrees_with_a_plain_list::<O>(13, |_, u| (u * 5.0).floor() * 1e3 - 2e3);
+            agrees_with_a_plain_list::<O>(14, |_, u| if u < 0.1 { f64::INFINITY } else { (u - 0.5) * 1e300 });
+        }
+        both::<Buckets<_>>();
+        both::<Heap<_>>();
     }
 
     #[test]
     #[should_panic(expected = "is a number")]
     fn a_priority_that_is_no_number_is_refused() {
-        let _ = f64::NAN.entry(0.0, 1);
+        let _ = Priority::<f64>::entry(f64::NAN, 0.0, 1);
     }
 }

@@ -185,10 +185,10 @@ fn consistent_heuristics_expand_no_node_twice_and_manhattan_does() {
             }
             let params = a_star::Params { heuristic, corner_rule: CornerRule::Forbid };
             let rule = Reopening(a_star::CostPlusEstimate { problem: &problem, params: &params });
-            let (mut workspace, mut path) = (Workspace::default(), Vec::new());
+            let (mut workspace, mut path) = (Workspace::<_, Buckets<_>>::default(), Vec::new());
             let search = workspace.search(&rule, &problem, &mut path);
-            let closed = workspace.nodes.search.closed();
-            let closed = workspace.nodes.of_cells.iter().filter(|node| node.state >= closed).count() as u64;
+            let Nodes { of_cells, search: met } = &workspace.nodes;
+            let closed = of_cells.iter().filter(|node| node.state >= met.closed()).count() as u64;
             if heuristic.is_consistent() {
                 assert_eq!(search.expanded, closed, "{heuristic:?}");
             } else {
@@ -201,6 +201,32 @@ fn consistent_heuristics_expand_no_node_twice_and_manhattan_does() {
         longer += u32::from(lengths[3] > lengths[0]);
     }
     assert!(twice > 20 && longer > 20, "{twice} {longer}");
+}
+
+#[test]
+fn whole_steps_as_one_integer_change_nothing_but_the_time() {
+    let mut stream = stream(27);
+    let (mut whole, mut real) = (Workspace::<_, Buckets<_>>::default(), Workspace::<_, Buckets<_>>::default());
+    let mut expanded = 0;
+    for case in 0..3000 {
+        let (grid, start, goal) = if case % 10 == 0 {
+            let map = random_map(&mut stream, 300, 0.25);
+            (uninflated(&map), random_cell(&mut stream, &map), random_cell(&mut stream, &map))
+        } else {
+            random_problem(&mut stream)
+        };
+        let problem = Problem { grid: &grid, start, goal };
+        for corner_rule in CORNER_RULES {
+            let params = a_star::Params { heuristic: Heuristic::Octile, corner_rule };
+            let (mut path, mut expected_path) = (Vec::new(), Vec::new());
+            let search = whole.search(&a_star::CostPlusOctile::new(&problem, corner_rule), &problem, &mut path);
+            let rule = a_star::CostPlusEstimate { problem: &problem, params: &params };
+            let expected = real.search(&rule, &problem, &mut expected_path);
+            assert_eq!((search, path), (expected, expected_path), "{corner_rule:?}");
+            expanded += search.expanded;
+        }
+    }
+    assert!(expanded > 300_000, "{expanded}");
 }
 
 #[test]
@@ -230,12 +256,10 @@ fn leaving_out_detours_changes_nothing_but_the_time() {
                     (Problem { grid: &grid, start, goal }, a_star::Params { heuristic, corner_rule });
                 let rule = || a_star::CostPlusEstimate { problem: &problem, params: &params };
                 let (mut path, mut thorough_path) = (Vec::new(), Vec::new());
-                let search = Workspace::default().search(&rule(), &problem, &mut path);
-                let thorough = Workspace::default().search(&Thorough(rule()), &problem, &mut thorough_path);
+                let search = Workspace::<_, Buckets<_>>::default().search(&rule(), &problem, &mut path);
+                let thorough =
+                    Workspace::<_, Buckets<_>>::default().search(&Thorough(rule()), &problem, &mut thorough_path);
                 assert_eq!((search, &path), (thorough, &thorough_path), "{heuristic:?} {corner_rule:?}");
-                // The planner itself, which keeps whole steps in another way.
-                let planned = GlobalChoice::a_star(params.clone()).build().plan(&problem, &mut path);
-                assert_eq!((planned, &path), (thorough, &thorough_path), "{heuristic:?} {corner_rule:?}");
                 if search.result.is_ok() && path.len() > 2 {
                     let at = grid.index(path[1]);
                     let all = Moves::allowed(&grid, at, corner_rule).count();
@@ -310,13 +334,13 @@ fn stamps_start_again_before_they_run_out() {
     let problem = Problem { grid: &grid, start, goal };
     let params = a_star::Params::default();
     let rule = a_star::CostPlusEstimate { problem: &problem, params: &params };
-    let (mut workspace, mut path) = (Workspace::default(), Vec::new());
-    workspace.nodes.search = State(u32::MAX - 4 * State::ONE_SEARCH + 1);
-    let expected = Workspace::default().search(&rule, &problem, &mut path);
+    let (mut workspace, mut path) = (Workspace::<_, Buckets<_>>::default(), Vec::new());
+    workspace.nodes.search = State(u32::MAX / State::ONE_SEARCH * State::ONE_SEARCH - 3 * State::ONE_SEARCH);
+    let expected = Workspace::<_, Buckets<_>>::default().search(&rule, &problem, &mut path);
     for _ in 0..6 {
         assert_eq!(workspace.search(&rule, &problem, &mut path), expected);
     }
-    assert!(workspace.nodes.search < State(6 * State::ONE_SEARCH), "{:?}", workspace.nodes.search);
+    assert!(workspace.nodes.search.0 < 6 * State::ONE_SEARCH, "{:?}", workspace.nodes.search);
 }
 
 #[test]
@@ -439,4 +463,24 @@ fn values_of_equal_counts_are_equal_and_of_different_counts_in_the_right_order()
         assert_eq!(whole.value().total_cmp(&diagonals.value()), exact, "{p}² against 2 · {q}²");
         (p, q) = (p + 2 * q, p + q);
     }
+}
+
+#[test]
+fn ticks_order_counts_that_differ_by_less_than_a_map_of_path_as_exactly() {
+    let mut stream = stream(28);
+    let ticks = |straight: u64, diagonal: u64| {
+        let one = |is_diagonal| Cost::stepped(Ticks::ZERO, is_diagonal, 1).0;
+        straight * one(false) + diagonal * one(true)
+    };
+    let (mut p, mut q) = (1u64, 1u64);
+    while q < 1 << 17 {
+        let exact = (p * p).cmp(&(2 * q * q));
+        for _ in 0..20 {
+            // The same difference from anywhere.
+            let (s, d) = (stream.index(1 << 20) as u64, stream.index(1 << 20) as u64);
+            assert_eq!(ticks(s + p, d).cmp(&ticks(s, d + q)), exact, "{p}² against 2 · {q}²");
+        }
+        (p, q) = (p + 2 * q, p + q);
+    }
+    assert!(q > 1 << 17);
 }
