@@ -179,6 +179,8 @@ impl Rule for Leaning<'_> {
         Moves::worthwhile(self.problem.grid, from.index, self.params.corner_rule, from.arrived_by)
     }
 
+    // Inlined, so that what depends on the node alone is worked out once for its neighbours.
+    #[inline(always)]
     fn priority(&self, arrival: Arrival<Steps>) -> f64 {
         let to_goal = between(arrival.cell, self.problem.goal).norm();
         let direction_term = arrival.from.map_or(0.0, |from| self.direction_term(&from, arrival.cell));

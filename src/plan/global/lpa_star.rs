@@ -93,6 +93,8 @@ pub struct Planner {
     /// All nodes where g ≠ rhs with their keys; beside them entries that are out of date, told by their key.
     queue: BinaryHeap<Reverse<(Key, u32)>>,
     changed: Vec<u32>,
+    /// The nodes that a change may have given another rhs.
+    affected: Vec<u32>,
     pushed: u64,
 }
 
@@ -108,6 +110,7 @@ impl Planner {
             vertices: Vec::new(),
             queue: BinaryHeap::new(),
             changed: Vec::new(),
+            affected: Vec::new(),
             pushed: 0,
         }
     }
@@ -125,6 +128,7 @@ impl Planner {
             self.order_queue_anew(grid);
         }
         self.changed.clear();
+        self.affected.clear();
         let parts = self.cells.chunks_mut(COMPARED).zip(grid.cells().chunks(COMPARED)).enumerate();
         for (part, (old, new)) in parts.filter(|(_, (old, new))| old != new) {
             let differing = (0..new.len()).filter(|&at| old[at] != new[at]);
@@ -132,14 +136,19 @@ impl Planner {
             old.copy_from_slice(new);
         }
         // Steps from and to a changed cell, and those that pass it diagonally: all between it and its neighbours.
+        let stride = grid.stride() as u32;
         for at in 0..self.changed.len() {
-            let stride = grid.stride() as u32;
             for row_start in [self.changed[at] - stride - 1, self.changed[at] - 1, self.changed[at] + stride - 1] {
-                for index in row_start..row_start + 3 {
-                    self.look_ahead(grid, index);
-                }
+                self.affected.extend(row_start..row_start + 3);
             }
         }
+        self.affected.sort_unstable();
+        self.affected.dedup();
+        let affected = core::mem::take(&mut self.affected);
+        for &index in &affected {
+            self.look_ahead(grid, index);
+        }
+        self.affected = affected;
     }
 
     fn restart(&mut self, problem: &Problem<'_>) {
@@ -206,7 +215,11 @@ impl Planner {
                 self.vertices[index as usize].g = UNREACHED;
                 self.push(grid, index);
                 for step in self.moves(grid, index) {
-                    self.look_ahead(grid, step.index_from(grid, index));
+                    let to = step.index_from(grid, index);
+                    // The others' rhs comes from elsewhere, where nothing has changed.
+                    if self.vertices[to as usize].rhs == stepped(grid, g, index, to, step) {
+                        self.look_ahead(grid, to);
+                    }
                 }
             }
         }

@@ -73,6 +73,12 @@ impl Move {
         })
     }
 
+    /// The move that brings a cell nearer to another in both coordinates, as far as they differ; none where they are one.
+    pub fn towards(from: Cell, to: Cell) -> Option<Self> {
+        let signs = ((to.col - from.col).signum(), (to.row - from.row).signum());
+        Self::ALL.into_iter().find(|step| (D_COL[step.direction()], D_ROW[step.direction()]) == signs)
+    }
+
     /// Whether it leads through a vertex.
     pub const fn is_diagonal(self) -> bool {
         self as u8 & 1 != 0

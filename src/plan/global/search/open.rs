@@ -1,5 +1,5 @@
 //! The open list: nodes waiting to be expanded, best first. There are two, which give the same order: [`Buckets`],
-//! for searches whose f hardly ever falls, and a binary heap ([`Heap`]) for all others.
+//! for searches whose f hardly ever falls, and a heap with four children a node ([`Heap`]) for all others.
 //!
 //! [`Buckets`] is a bucket queue whose order is exact. Entries are sorted into buckets by f, 1/128 of a cell each;
 //! only the bucket in turn is kept in order, and only when its turn comes is a bucket sorted. So
@@ -11,8 +11,8 @@
 //! [`WholeEntry`], one integer, where f and h are whole steps; [`RealEntry`] for all others.
 
 use super::cost::{Cost, Ticks};
+use dary_heap::QuaternaryHeap;
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 
 /// Buckets per unit of f.
 const BUCKETS_PER_CELL: u64 = 128;
@@ -160,7 +160,7 @@ pub(in super::super) trait OpenList: Default {
 }
 
 /// The open list of searches whose f may fall by any amount.
-pub(in super::super) type Heap<E> = BinaryHeap<Reverse<E>>;
+pub(in super::super) type Heap<E> = QuaternaryHeap<Reverse<E>>;
 
 impl<E: Entry> OpenList for Heap<E> {
     type Entry = E;
