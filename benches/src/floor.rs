@@ -9,7 +9,7 @@ use simrun::map::OccupancyGrid;
 use simrun::robot::Robot;
 
 /// Candidates side by side.
-const LANES: usize = 16;
+const LANES: usize = 8;
 const STEPS: usize = 30;
 type Lane = [f32; LANES];
 
@@ -119,30 +119,91 @@ impl Floor {
     }
 }
 
+/// Adding and subtracting it rounds to a whole number.
+const ROUND: f32 = 12_582_912.0;
+/// Added to a whole number, it leaves that number in the mantissa.
+const TO_MANTISSA: f32 = 8_388_608.0;
+
 /// Where a block ends, and the least squared distance on its way.
 fn drive(block: &Block, heading: [f32; 2], fraction: [f32; 2], forms: &[[f32; 4]]) -> (Lane, Lane, Lane) {
+    assert_eq!(forms.len(), SIDE * SIDE);
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         #[expect(unsafe_code, reason = "the processor has been asked for AVX2 one line above")]
         return unsafe { drive_avx2(block, heading, fraction, forms) };
     }
-    drive_lanes(block, heading, fraction, forms)
+    drive_plain(block, heading, fraction, forms)
 }
 
+/// All in registers: eight rollouts side by side, eight loads and a transposition for what they look up.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn drive_avx2(block: &Block, heading: [f32; 2], fraction: [f32; 2], forms: &[[f32; 4]]) -> (Lane, Lane, Lane) {
-    drive_lanes(block, heading, fraction, forms)
+    use std::arch::x86_64::{
+        _mm_loadu_ps, _mm256_add_ps, _mm256_and_si256, _mm256_castps_si256, _mm256_castps128_ps256,
+        _mm256_insertf128_ps, _mm256_loadu_ps, _mm256_min_epu32, _mm256_min_ps, _mm256_mul_ps, _mm256_set1_epi32,
+        _mm256_set1_ps, _mm256_shuffle_ps, _mm256_storeu_ps, _mm256_storeu_si256, _mm256_sub_ps, _mm256_unpackhi_ps,
+        _mm256_unpacklo_ps,
+    };
+    let splat = |number: f32| _mm256_set1_ps(number);
+    #[expect(
+        unsafe_code,
+        reason = "loads and stores of whole lanes, and of cells of the table: each index is cut off at its last"
+    )]
+    unsafe {
+        let step = _mm256_loadu_ps(block.step.as_ptr());
+        let turn = [_mm256_loadu_ps(block.turn[0].as_ptr()), _mm256_loadu_ps(block.turn[1].as_ptr())];
+        let (mut x, mut y, mut least) = (splat(0.0), splat(0.0), splat(f32::MAX));
+        let (mut cos, mut sin) = (splat(heading[0]), splat(heading[1]));
+        let shift = fraction.map(|fraction| splat(fraction + (HALF as f32 - 0.5)));
+        let mut index = [0u32; LANES];
+        for _ in 0..STEPS {
+            x = _mm256_add_ps(x, _mm256_mul_ps(step, cos));
+            y = _mm256_add_ps(y, _mm256_mul_ps(step, sin));
+            let (c, s) = (cos, sin);
+            cos = _mm256_sub_ps(_mm256_mul_ps(c, turn[0]), _mm256_mul_ps(s, turn[1]));
+            sin = _mm256_add_ps(_mm256_mul_ps(s, turn[0]), _mm256_mul_ps(c, turn[1]));
+            let (u, v) = (_mm256_add_ps(x, shift[0]), _mm256_add_ps(y, shift[1]));
+            let col = _mm256_sub_ps(_mm256_add_ps(u, splat(ROUND)), splat(ROUND));
+            let row = _mm256_sub_ps(_mm256_add_ps(v, splat(ROUND)), splat(ROUND));
+            let f = _mm256_add_ps(_mm256_sub_ps(u, col), splat(0.5));
+            let g = _mm256_add_ps(_mm256_sub_ps(v, row), splat(0.5));
+            let place = _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(row, splat(SIDE as f32)), col), splat(TO_MANTISSA));
+            let place = _mm256_and_si256(_mm256_castps_si256(place), _mm256_set1_epi32(0x007f_ffff));
+            let place = _mm256_min_epu32(place, _mm256_set1_epi32((SIDE * SIDE - 1) as i32));
+            _mm256_storeu_si256(index.as_mut_ptr().cast(), place);
+            macro_rules! pair {
+                ($low:expr, $high:expr) => {{
+                    let form = [forms.as_ptr().add(index[$low] as usize), forms.as_ptr().add(index[$high] as usize)];
+                    let low = _mm256_castps128_ps256(_mm_loadu_ps(form[0].cast()));
+                    _mm256_insertf128_ps::<1>(low, _mm_loadu_ps(form[1].cast()))
+                }};
+            }
+            let (p, q, r, s) = (pair!(0, 4), pair!(1, 5), pair!(2, 6), pair!(3, 7));
+            let (pq_low, pq_high) = (_mm256_unpacklo_ps(p, q), _mm256_unpackhi_ps(p, q));
+            let (rs_low, rs_high) = (_mm256_unpacklo_ps(r, s), _mm256_unpackhi_ps(r, s));
+            let a = _mm256_shuffle_ps::<0b01_00_01_00>(pq_low, rs_low);
+            let b = _mm256_shuffle_ps::<0b11_10_11_10>(pq_low, rs_low);
+            let c = _mm256_shuffle_ps::<0b01_00_01_00>(pq_high, rs_high);
+            let d = _mm256_shuffle_ps::<0b11_10_11_10>(pq_high, rs_high);
+            let at_f = [_mm256_add_ps(a, _mm256_mul_ps(b, f)), _mm256_add_ps(c, _mm256_mul_ps(d, f))];
+            least = _mm256_min_ps(least, _mm256_add_ps(at_f[0], _mm256_mul_ps(at_f[1], g)));
+        }
+        let lane = |register| {
+            let mut lane = [0.0; LANES];
+            _mm256_storeu_ps(lane.as_mut_ptr(), register);
+            lane
+        };
+        (lane(x), lane(y), lane(least))
+    }
 }
 
-#[inline(always)]
-fn drive_lanes(block: &Block, heading: [f32; 2], fraction: [f32; 2], forms: &[[f32; 4]]) -> (Lane, Lane, Lane) {
-    const ROUND: f32 = 12_582_912.0;
+/// The same without AVX2.
+fn drive_plain(block: &Block, heading: [f32; 2], fraction: [f32; 2], forms: &[[f32; 4]]) -> (Lane, Lane, Lane) {
     let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
     let (mut cos, mut sin) = ([heading[0]; LANES], [heading[1]; LANES]);
     let mut least = [f32::MAX; LANES];
     for _ in 0..STEPS {
-        let (mut f, mut g, mut index) = ([0.0; LANES], [0.0; LANES], [0u32; LANES]);
         for lane in 0..LANES {
             x[lane] += block.step[lane] * cos[lane];
             y[lane] += block.step[lane] * sin[lane];
@@ -151,16 +212,10 @@ fn drive_lanes(block: &Block, heading: [f32; 2], fraction: [f32; 2], forms: &[[f
             sin[lane] = s * block.turn[0][lane] + c * block.turn[1][lane];
             let (u, v) = (x[lane] + fraction[0] + (HALF as f32 - 0.5), y[lane] + fraction[1] + (HALF as f32 - 0.5));
             let (col, row) = ((u + ROUND) - ROUND, (v + ROUND) - ROUND);
-            (f[lane], g[lane]) = (u - col + 0.5, v - row + 0.5);
-            index[lane] = (row * SIDE as f32 + col + 8_388_608.0).to_bits() & 0x007f_ffff;
-        }
-        let (mut a, mut b, mut c, mut d) = ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            [a[lane], b[lane], c[lane], d[lane]] = forms[index[lane] as usize];
-        }
-        for lane in 0..LANES {
-            let squared = a[lane] + b[lane] * f[lane] + (c[lane] + d[lane] * f[lane]) * g[lane];
-            least[lane] = if squared < least[lane] { squared } else { least[lane] };
+            let (f, g) = (u - col + 0.5, v - row + 0.5);
+            let index = (row * SIDE as f32 + col + TO_MANTISSA).to_bits() & 0x007f_ffff;
+            let [a, b, c, d] = forms[index as usize];
+            least[lane] = least[lane].min(a + b * f + (c + d * f) * g);
         }
     }
     (x, y, least)
