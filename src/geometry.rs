@@ -110,6 +110,18 @@ impl Rect {
         if dx > 0.0 && dy > 0.0 { math::hypot(dx, dy) } else { math::max(dx, dy) }
     }
 
+    /// The smaller of `best` and [`Self::signed_distance`], without the root where it cannot be the latter.
+    pub fn signed_distance_below(&self, p: Vec2, best: f64) -> f64 {
+        // Far above what rounding can do to either side.
+        const MARGIN: f64 = 1.000_001;
+        let dx = math::max(self.min.x - p.x, p.x - self.max.x);
+        let dy = math::max(self.min.y - p.y, p.y - self.max.y);
+        if dx > 0.0 && dy > 0.0 && best > 0.0 && dx * dx + dy * dy > MARGIN * (best * best) {
+            return best;
+        }
+        math::min(best, self.signed_distance(p))
+    }
+
     /// Whether `p` lies inside or on the edge.
     pub fn contains(&self, p: Vec2) -> bool {
         p.x >= self.min.x && p.x <= self.max.x && p.y >= self.min.y && p.y <= self.max.y

@@ -9,6 +9,12 @@
 //! counts is the median of the ratios, pair by pair. Rows that need maps of the MovingAI benchmarks take them from
 //! `--benchmarks` and say so where they are missing.
 
+#![allow(
+    clippy::disallowed_types,
+    clippy::disallowed_methods,
+    reason = "what is measured here reaches no results of simrun"
+)]
+
 mod decision;
 mod floor;
 mod grid;

@@ -1,6 +1,6 @@
 //! A whole tick: observe, decide, move, judge, rapier; and the beginning of an episode.
 //!
-//! `tick/world30` is the world of `benches/scenes/world30.world`: 30 m × 30 m, 200 static discs that the robot knows
+//! `tick/world30/…` is the world of `benches/scenes/world30.world`: 30 m × 30 m, 200 static discs that the robot knows
 //! (occupied cells of a map of 0.1 m), ten movers that shuttle on lanes, 900 ticks of 0.1 s, `a_star` + `dwa`. The time is that of
 //! the whole episode, the beginning of the world and the first path among it, over the ticks that were driven.
 
@@ -27,10 +27,16 @@ const RESOLUTION_M: f64 = 0.1;
 /// Its rows.
 pub const ROWS: &[Row] = &[
     Row {
-        name: "tick/world30",
-        what: "one tick of the world that the Python peers drive, 900 ticks",
+        name: "tick/world30/35",
+        what: "one tick of the world that the Python peers drive; 35 candidates, as many as the papers' window has",
         target: None,
-        measure: world30,
+        measure: |settings| world30(settings, 5, 7),
+    },
+    Row {
+        name: "tick/world30/400",
+        what: "the same with 400 candidates",
+        target: None,
+        measure: |settings| world30(settings, 20, 20),
     },
     Row {
         name: "tick/warehouse",
@@ -102,33 +108,30 @@ fn shuttle(values: &[f64]) -> Mover {
     Mover { motion: Motion::Patrol(patrol), ..Mover::new(from, velocity, values[4]) }
 }
 
-fn world30(settings: &Settings) -> Result<Vec<Line>, String> {
+fn world30(settings: &Settings, speed_samples: u32, yaw_rate_samples: u32) -> Result<Vec<Line>, String> {
     let world = Peers::read()?;
     let seed = EpisodeSeed { seed: 1, episode: 0 };
     let conditions = Conditions { seed, ..Conditions::default() };
-    let line = |(speed_samples, yaw_rate_samples): (u32, u32)| {
-        let local = LocalChoice::dwa(dwa::Params {
-            speed_samples: Samples::new(speed_samples),
-            yaw_rate_samples: Samples::new(yaw_rate_samples),
-            predict_dynamic: true,
-            ..dwa::Params::default()
-        });
-        let mut stack = stack(local);
-        let mut runner = Runner::default();
-        let mut drive = || runner.run(&world.scene, &world.robot, &conditions, &world.termination, &mut stack);
-        let outcome = drive();
-        let time = alone(settings.pairs, &mut drive);
-        let trace = &runner.record.trace;
-        let ticks = trace.ticks.len() - 1;
-        let counts = format!(
-            "{ticks} ticks, {:.1} rollouts per tick, {} recoveries, {}",
-            trace.rollouts as f64 / ticks as f64,
-            trace.recoveries,
-            outcome.name()
-        );
-        Line::alone(format!("{speed_samples} x {yaw_rate_samples} samples"), time, ticks as f64, counts)
-    };
-    Ok([(5, 7), (20, 20)].into_iter().map(line).collect())
+    let local = LocalChoice::dwa(dwa::Params {
+        speed_samples: Samples::new(speed_samples),
+        yaw_rate_samples: Samples::new(yaw_rate_samples),
+        predict_dynamic: true,
+        ..dwa::Params::default()
+    });
+    let mut stack = stack(local);
+    let mut runner = Runner::default();
+    let mut drive = || runner.run(&world.scene, &world.robot, &conditions, &world.termination, &mut stack);
+    let outcome = drive();
+    let time = alone(settings.pairs, &mut drive);
+    let trace = &runner.record.trace;
+    let ticks = trace.ticks.len() - 1;
+    let counts = format!(
+        "{ticks} ticks, {:.1} rollouts per tick, {} recoveries, {}",
+        trace.rollouts as f64 / ticks as f64,
+        trace.recoveries,
+        outcome.name()
+    );
+    Ok(vec![Line::alone(format!("{speed_samples} x {yaw_rate_samples} samples"), time, ticks as f64, counts)])
 }
 
 fn stack(local: LocalChoice) -> simrun::plan::stack::Stack {

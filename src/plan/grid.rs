@@ -88,16 +88,21 @@ impl PlanningGrid {
         self.row_factor = (1u64 << ROW_BITS).div_ceil(stride as u64);
         self.cells.clear();
         self.cells.resize(stride * (self.rows as usize + 2), BLOCKED);
-        let padded_rows = self.cells[stride..].chunks_exact_mut(stride);
-        for (row, (padded, occupied)) in padded_rows.zip(grid.occupied().chunks_exact(grid.cols() as usize)).enumerate()
-        {
-            for (col, (cell, &occupied)) in padded[1..].iter_mut().zip(occupied).enumerate() {
-                let near = || {
-                    let distance_m = field.distance_m(Cell { col: col as i32, row: row as i32 });
-                    distance_m < inflation_m - DISTANCE_SLACK_M
-                };
-                if !(occupied || inflation_m > 0.0 && near()) {
-                    *cell = PASSABLE;
+        let cols = self.cols as usize;
+        let padded_rows = self.cells[stride..].chunks_exact_mut(stride).map(|row| &mut row[1..=cols]);
+        let rows = padded_rows.zip(grid.occupied().chunks_exact(cols));
+        let passable = |is_free: bool| if is_free { PASSABLE } else { BLOCKED };
+        if inflation_m > 0.0 {
+            let least = field.threshold(inflation_m);
+            for ((cells, occupied), squares) in rows.zip(field.squares().chunks_exact(cols)) {
+                for ((cell, &occupied), &square) in cells.iter_mut().zip(occupied).zip(squares) {
+                    *cell = passable(!occupied & (square >= least));
+                }
+            }
+        } else {
+            for (cells, occupied) in rows {
+                for (cell, &occupied) in cells.iter_mut().zip(occupied) {
+                    *cell = passable(!occupied);
                 }
             }
         }
