@@ -9,7 +9,7 @@ use rapier2d::prelude::{
     ActiveCollisionTypes, BroadPhaseBvh, BvhOptimizationStrategy, ColliderBuilder, PhysicsWorld, Pose,
     RigidBodyBuilder, SharedShape, Vector,
 };
-use simrun::episode::{DT_S, Outcome, Runner, TerminationSpec};
+use simrun::episode::{Outcome, Runner, TerminationSpec};
 use simrun::geometry::Vec2;
 use simrun::map::OccupancyGrid;
 use simrun::observation::Observation;
@@ -19,7 +19,7 @@ use simrun::plan::stack::{PlanningSpec, Stack};
 use simrun::rng::EpisodeSeed;
 use simrun::robot::Robot;
 use simrun::trace::Trace;
-use simrun::world::{Conditions, Scene, SceneSpec, StaticMap};
+use simrun::world::{Conditions, Scene, SceneSpec, Shape, StaticMap};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -74,7 +74,6 @@ impl LocalPlanner for Watched {
 fn rapier_allocates(scene: &Scene, robot: &Robot, trace: &Trace) -> Vec<u64> {
     let broad_phase = BroadPhaseBvh::with_optimization_strategy(BvhOptimizationStrategy::None);
     let mut physics = PhysicsWorld { gravity: Vector::ZERO, broad_phase, ..PhysicsWorld::default() };
-    physics.integration_parameters.dt = DT_S as f32;
     let at = |p: Vec2| Pose::from_translation(Vector::new(p.x as f32, p.y as f32));
     let inert = |shape: SharedShape| {
         ColliderBuilder::new(shape).density(0.0).active_collision_types(ActiveCollisionTypes::empty())
@@ -84,7 +83,11 @@ fn rapier_allocates(scene: &Scene, robot: &Robot, trace: &Trace) -> Vec<u64> {
     let map = inert(SharedShape::cuboid(half.x as f32, half.y as f32));
     physics.insert_collider(map.position(at(0.5 * scene.map.grid.extent_m())), None);
     for obstacle in &scene.unknown_static {
-        let shape = SharedShape::cuboid(0.5, 0.5);
+        let shape = match obstacle.shape() {
+            Shape::Disc { radius_m } => SharedShape::ball(*radius_m as f32),
+            Shape::Rectangle { half_m } => SharedShape::cuboid(half_m.x as f32, half_m.y as f32),
+            Shape::Polygon(_) => unreachable!("there is none in these scenes"),
+        };
         let pose = obstacle.pose();
         let position = Pose::new(at(pose.position).translation, pose.theta as f32);
         physics.insert_collider(inert(shape).position(position), None);
@@ -97,11 +100,12 @@ fn rapier_allocates(scene: &Scene, robot: &Robot, trace: &Trace) -> Vec<u64> {
     let movers: Vec<_> = scene.movers.iter().map(|mover| kinematic(mover.position, mover.radius_m())).collect();
     let step = |row: usize| {
         let before = allocations();
-        physics.bodies[robot].set_next_kinematic_position(at(trace.ticks[row].pose.position));
+        let pose = trace.ticks[row].pose;
+        physics.bodies[robot].set_position(Pose::new(at(pose.position).translation, pose.theta as f32), false);
         for (&mover, state) in movers.iter().zip(trace.movers_at(row)) {
-            physics.bodies[mover].set_next_kinematic_position(at(state.position));
+            physics.bodies[mover].set_position(at(state.position), false);
         }
-        physics.step();
+        physics.detect_collisions(&(), &());
         allocations() - before
     };
     (1..trace.ticks.len()).map(step).collect()

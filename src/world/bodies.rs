@@ -1,6 +1,5 @@
 //! The rapier side of the world: bodies that follow our poses.
 
-use super::DT_S;
 use super::obstacle::{Mover, Outline, Shape};
 use super::scene::Scene;
 use crate::geometry::{Pose, Vec2, direction};
@@ -24,9 +23,6 @@ impl Bodies {
         // much as the rest of a step. Which pairs it finds does not depend on it.
         let broad_phase = BroadPhaseBvh::with_optimization_strategy(BvhOptimizationStrategy::None);
         let mut physics = PhysicsWorld { gravity: Vector::ZERO, broad_phase, ..PhysicsWorld::default() };
-        physics.integration_parameters.dt = DT_S as f32;
-        // There is nothing to solve: one round of it instead of four.
-        physics.integration_parameters.num_solver_iterations = 1;
         // Without contact pairs: nobody would read them (they lag by a step), and they cost most of it.
         let inert = |shape: SharedShape| {
             ColliderBuilder::new(shape).density(0.0).active_collision_types(ActiveCollisionTypes::empty())
@@ -58,17 +54,20 @@ impl Bodies {
         self.physics.colliders[self.unknown[number]].set_enabled(present);
     }
 
-    /// Moves every body to where it is at the end of the tick.
+    /// Moves every body to where it is at the end of the tick, and brings rapier's collision detection up to date.
+    ///
+    /// Its dynamics are left out: bodies that follow our poses have no forces to solve for, and looking for some takes
+    /// as long as all the rest.
     pub(super) fn step(&mut self, robot: Pose, movers: &[Mover]) {
-        self.physics.bodies[self.robot].set_next_kinematic_position(rapier_pose(robot));
+        self.physics.bodies[self.robot].set_position(rapier_pose(robot), false);
         for (handle, mover) in self.movers.iter().zip(movers) {
             let body = &mut self.physics.bodies[*handle];
             if body.is_enabled() != mover.present {
                 body.set_enabled(mover.present);
             }
-            body.set_next_kinematic_position(mover_pose(mover.position, &mover.outline));
+            body.set_position(mover_pose(mover.position, &mover.outline), false);
         }
-        self.physics.step();
+        self.physics.detect_collisions(&(), &());
     }
 }
 
