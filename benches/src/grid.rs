@@ -4,6 +4,7 @@ use crate::measure::{self, Spread};
 use crate::scenes::{self, GridScene};
 use crate::{Line, Row, Settings, Target};
 use pathfinding::directed::astar::astar;
+use simrun::map::connectivity::{self, Components};
 use simrun::map::{Cell, DistanceField, OccupancyGrid};
 use simrun::plan::PlanningGrid;
 use simrun::plan::global::{GlobalChoice, GlobalPlanner, Problem};
@@ -367,10 +368,12 @@ fn growth(settings: &Settings) -> Result<Vec<Line>, String> {
         };
         let (grid, field, with_field) = grid;
         let with_grid = resident_bytes()?;
-        // Across the whole map, four ways; from one end free cells are searched inwards.
+        // Across the whole map, four ways; from each end inwards to a cell of the largest connected part.
+        let parts = Components::new(&map, &connectivity::passable(&field, 0.0));
+        let is_open = |cell: Cell| Some(parts.labels()[map.index(cell)]) == parts.largest();
         let at = |col: i32, row: i32| {
             let inwards = |from: i32, step: i32| if from < side / 2 { from + step } else { from - step };
-            (0..side / 2).map(|step| Cell { col: inwards(col, step), row }).find(|&cell| grid.is_passable(cell))
+            (0..side / 2).map(|step| Cell { col: inwards(col, step), row }).find(|&cell| is_open(cell))
         };
         let end = side - 2;
         let ends = [
@@ -384,6 +387,8 @@ fn growth(settings: &Settings) -> Result<Vec<Line>, String> {
             let (start, goal) = (at(a, b).ok_or("no free cell")?, at(c, d).ok_or("no free cell")?);
             problems.push(Problem { grid: &grid, start, goal });
         }
+        drop(parts);
+        let with_problems = resident_bytes()?;
         let mut a_star = planner("a_star");
         let (lengths, expanded, _) = answers(&mut *a_star, &problems);
         if lengths.iter().any(Option::is_none) {
@@ -402,7 +407,7 @@ fn growth(settings: &Settings) -> Result<Vec<Line>, String> {
             per_cell(before, with_map),
             per_cell(with_map, with_field),
             per_cell(with_field, with_grid),
-            per_cell(with_grid, with_search),
+            per_cell(with_problems, with_search),
         );
         drop(field);
         lines.push(Line { input: format!("{side} x {side}"), ours: spread, other: None, ratio: None, counts });

@@ -175,31 +175,46 @@ fn start(settings: &Settings) -> Result<Vec<Line>, String> {
     let text = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
     let map = Arc::new(StaticMap::new(movingai::parse(&text).map_err(|error| error.to_string())?));
     let robot = Robot::default();
-    let yaml = format!(
-        "name: start\nmap: {{movingai: {{file: {}}}}}\nstart: random\ngoal: random\nstacks: {{global: [none], local: [dwa]}}\n\
-         obstacles: {{unknown_static: [{{random: {{count: 2, shape: {{disc: {{radius_m: 0.3}}}}}}}}], \
-         moving: [{{random: {{count: 10, radius_m: 0.2, speed_mps: [0.2, 0.5]}}}}]}}\n",
-        file.display()
-    );
-    let scenario = ScenarioFile::from_text("start.yaml", yaml).read(&[]).map_err(|error| error.to_string())?;
-    let spec = scenario.scene_spec(FilePath::new(".")).map_err(|error| error.to_string())?;
-    let inflation_m = scenario.planning.inflation_m(robot.radius_m);
-    let seed = |episode| EpisodeSeed { seed: 1, episode };
-    let generate = |episode| Scene::generate(&spec, &map, &robot, inflation_m, seed(episode));
-    let scene = generate(0).map_err(|error| error.to_string())?;
-    let conditions = Conditions { seed: seed(0), ..Conditions::default() };
-    let mut episode = 0;
-    let scene_time = alone(settings.pairs, || {
-        episode = (episode + 1) % 64;
-        generate(episode).is_ok()
-    });
+    let generator = |ends: &str, statics: &str| {
+        let yaml = format!(
+            "name: start\nmap: {{movingai: {{file: {}}}}}\n{ends}\nstacks: {{global: [none], local: [dwa]}}\n\
+             obstacles: {{{statics}moving: [{{random: {{count: 10, radius_m: 0.2, speed_mps: [0.2, 0.5]}}}}]}}\n",
+            file.display()
+        );
+        let scenario = ScenarioFile::from_text("start.yaml", yaml).read(&[]).map_err(|error| error.to_string())?;
+        let spec = scenario.scene_spec(FilePath::new(".")).map_err(|error| error.to_string())?;
+        let (map, robot) = (&map, &robot);
+        let inflation_m = scenario.planning.inflation_m(robot.radius_m);
+        Ok::<_, String>(move |episode| {
+            Scene::generate(&spec, map, robot, inflation_m, EpisodeSeed { seed: 1, episode })
+                .map_err(|error| error.to_string())
+        })
+    };
+    let statics = "unknown_static: [{random: {count: 2, shape: {disc: {radius_m: 0.3}}}}], ";
+    let random = generator("start: random\ngoal: random", statics)?;
+    let scene = random(0)?;
+    let at = |p: Vec2| format!("[{}, {}]", p.x, p.y);
+    let given = format!("start: {}\ngoal: {}", at(scene.start.position), at(scene.goal));
+    let episodes = |generate: &dyn Fn(u64) -> Result<Scene, String>| {
+        let mut episode = 0;
+        alone(settings.pairs, || {
+            episode = (episode + 1) % 64;
+            generate(episode).is_ok()
+        })
+    };
+    let given_time = episodes(&generator(&given, "")?);
+    let ends_time = episodes(&generator("start: random\ngoal: random", "")?);
+    let random_time = episodes(&random);
+    let conditions = Conditions { seed: EpisodeSeed { seed: 1, episode: 0 }, ..Conditions::default() };
     let world_time = alone(settings.pairs, || World::new(&scene, &robot, &conditions).clearance_m());
     let belief_time = alone(settings.pairs, || Belief::new(&scene.map.grid, &scene.map.field));
     let bare = Scene { movers: Vec::new(), ..Scene::new(&map, scene.start, scene.goal) };
     let bare_time = alone(settings.pairs, || World::new(&bare, &robot, &conditions).clearance_m());
     let line = |name: &str, time: Spread| Line::alone(name, time, 1.0, "");
     Ok(vec![
-        line("scene (64 seeds)", scene_time),
+        line("scene, 10 movers drawn", given_time),
+        line("scene, ends drawn as well", ends_time),
+        line("scene, ends, 2 statics drawn", random_time),
         line("world, 10 movers, 2 statics", world_time),
         line("world without obstacles", bare_time),
         line("belief", belief_time),

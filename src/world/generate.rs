@@ -12,6 +12,7 @@
 //! Every draw is bounded; what cannot be placed within [`TRIES`] draws makes the scene infeasible, which is a result.
 
 use super::DT_S;
+use super::floor::Floor;
 use super::motion::{Irregular, Motion, Patrol, Replay, Sample};
 use super::mover::free_run;
 use super::obstacle::{Body, Mover, Outline, SLACK_M, Shape, UnknownStatic};
@@ -25,8 +26,7 @@ use super::spec::{
     UnknownStaticChoice, moving, unknown_static,
 };
 use super::statics::{StaticMap, Statics};
-use crate::geometry::{Path, Pose, Rect, Vec2, direction};
-use crate::map::connectivity::{Components, passable};
+use crate::geometry::{Pose, Vec2, direction};
 use crate::map::{Cell, OccupancyGrid};
 use crate::math;
 use crate::quantity::{CountOrZero, Finite, Fraction, NonNegative, Positive};
@@ -406,89 +406,15 @@ impl super::spec::ObstaclesSpec {
             })
             .collect()
     }
-}
 
-/// The true map while obstacles are being placed, in cells.
-struct Floor<'a> {
-    map: &'a StaticMap,
-    /// Cells that are occupied or touched by an unknown static.
-    occupied: Vec<bool>,
-    /// Cells on whose centre a disc of the clearance fits.
-    passable: Vec<bool>,
-    clearance_m: f64,
-}
-
-impl<'a> Floor<'a> {
-    fn new(map: &'a StaticMap, clearance_m: f64) -> Self {
-        let (occupied, passable) = (map.grid.occupied().to_vec(), passable(&map.field, clearance_m));
-        Self { map, occupied, passable, clearance_m }
+    /// Whether something is drawn by the reference route.
+    fn go_by_route(&self) -> bool {
+        let statics = self.unknown_static.iter().any(|choice| match choice {
+            UnknownStaticChoice::random(params) => !matches!(params.placement, PlacementChoice::anywhere(_)),
+            UnknownStaticChoice::fixed(_) => false,
+        });
+        statics || self.moving.iter().any(|choice| matches!(choice, MovingChoice::crossing(_)))
     }
-
-    /// The cells that `obstacle` touches.
-    fn touched(&self, obstacle: &UnknownStatic) -> Vec<Cell> {
-        cells_within(&self.map.grid, obstacle.bounds())
-            .filter(|&cell| obstacle.touches(self.map.grid.square(cell)))
-            .collect()
-    }
-
-    /// Takes in an obstacle and returns the cells that are passable no more.
-    fn add(&mut self, touched: &[Cell]) -> Vec<usize> {
-        let grid = &self.map.grid;
-        let margin = Vec2::new(self.clearance_m, self.clearance_m);
-        let mut blocked = Vec::new();
-        for &cell in touched {
-            let square = grid.square(cell);
-            self.occupied[grid.index(cell)] = true;
-            for near in cells_within(grid, Rect { min: square.min - margin, max: square.max + margin }) {
-                let index = grid.index(near);
-                let distance = square.signed_distance(grid.centre(near));
-                if self.passable[index] && (near == cell || distance < self.clearance_m - SLACK_M) {
-                    self.passable[index] = false;
-                    blocked.push(index);
-                }
-            }
-        }
-        blocked
-    }
-
-    /// Undoes [`Self::add`].
-    fn remove(&mut self, touched: &[Cell], blocked: &[usize]) {
-        for &cell in touched {
-            self.occupied[self.map.grid.index(cell)] = false;
-        }
-        for &index in blocked {
-            self.passable[index] = true;
-        }
-    }
-
-    /// Whether any of the touched cells is occupied already.
-    fn overlaps(&self, touched: &[Cell]) -> bool {
-        touched.iter().any(|&cell| self.occupied[self.map.grid.index(cell)])
-    }
-
-    /// Whether any of the touched cells has an occupied cell or the map's edge among its 8 neighbours.
-    fn adjoins(&self, touched: &[Cell]) -> bool {
-        let grid = &self.map.grid;
-        touched.iter().any(|cell| {
-            (-1..=1).any(|row| {
-                (-1..=1).any(|col| {
-                    let near = Cell { col: cell.col + col, row: cell.row + row };
-                    !grid.contains(near) || self.occupied[grid.index(near)]
-                })
-            })
-        })
-    }
-
-    fn components(&self) -> Components {
-        Components::new(&self.map.grid, &self.passable)
-    }
-}
-
-/// The cells of the grid that `rect` meets.
-fn cells_within(grid: &OccupancyGrid, rect: Rect) -> impl Iterator<Item = Cell> + use<> {
-    let (low, high) = (grid.cell_at(rect.min), grid.cell_at(rect.max));
-    let (cols, rows) = (low.col.max(0)..=high.col.min(grid.cols() - 1), low.row.max(0)..=high.row.min(grid.rows() - 1));
-    rows.flat_map(move |row| cols.clone().map(move |col| Cell { col, row }))
 }
 
 impl Scene {
@@ -523,13 +449,12 @@ impl Scene {
         // Where both ends are given nobody needs to fit there with any heading but the given one.
         let room_m = if given.iter().all(Option::is_some) { robot.inscribed_radius_m() } else { robot.radius_m };
         let mut floor = with_fixed(math::max(room_m, inflation_m));
-        if given.iter().flatten().any(|&p| !floor.passable[grid.index(grid.cell_at(p))]) {
+        if given.iter().flatten().any(|&p| !floor.passable()[grid.index(grid.cell_at(p))]) {
             floor = with_fixed(room_m);
         }
         for p in given.into_iter().flatten() {
             // The cell of a given end counts even where only the given point, not its centre, is clear.
-            let index = grid.index(grid.cell_at(p));
-            floor.passable[index] = !floor.occupied[index];
+            floor.admit(grid.cell_at(p));
         }
 
         let (start, goal) = draw_ends(spec, &floor, seed)?;
@@ -537,9 +462,12 @@ impl Scene {
             Some((_, Some(theta))) => theta,
             _ => math::atan2(goal.y - start.y, goal.x - start.x),
         };
-        let known = passable(&map.field, floor.clearance_m);
-        let reference_route = reference_route(grid, &known, start, goal, seed)
-            .ok_or_else(|| Infeasible::new("start and goal are not connected on the known map"))?;
+        // A search of the whole map: only where it is wanted.
+        let reference_route = spec.obstacles.go_by_route().then(|| {
+            reference_route(grid, floor.known(), start, goal, seed)
+                .ok_or_else(|| Infeasible::new("start and goal are not connected on the known map"))
+        });
+        let reference_route = reference_route.transpose()?;
         let mut scene = Self {
             map: Arc::clone(map),
             start: Pose { position: start, theta },
@@ -728,6 +656,7 @@ fn replay<'a>(
 /// A mover that crosses the reference route when the robot may be there; `None` after too many draws.
 fn draw_crossing(params: &moving::crossing::Params, scene: &Scene, robot: &Robot, mut stream: Stream) -> Option<Mover> {
     let statics = scene.statics();
+    let route = scene.reference_route.as_ref()?;
     let [slowest, fastest] = params.speed_mps.map(NonNegative::get);
     let [low, high] = params.share.map(Fraction::get);
     let radius_m = outline(params.radius_m, params.footprint.as_ref(), Vec2::zeros()).circumradius_m();
@@ -735,9 +664,9 @@ fn draw_crossing(params: &moving::crossing::Params, scene: &Scene, robot: &Robot
     let (jitter_s, straight_s) = (params.jitter_s.get(), params.straight_s.get());
     (0..TRIES).find_map(|_| {
         let velocity = stream.range(slowest, fastest) * direction(stream.range(-math::PI, math::PI));
-        let along_m = scene.reference_route.length() * stream.range(low, high);
+        let along_m = route.length() * stream.range(low, high);
         let time_s = math::max(0.0, along_m / params.robot_speed_mps.get() + stream.range(-jitter_s, jitter_s));
-        let place = scene.reference_route.point_at(along_m);
+        let place = route.point_at(along_m);
         let outline = outline(params.radius_m, params.footprint.as_ref(), velocity);
         let free = |way: Vec2, for_s: f64| statics.sweep(&outline, place, way, for_s).is_none();
         if statics.gap_m(&outline, place) < 0.0 || !free(velocity, straight_s) {
@@ -768,27 +697,27 @@ fn entity(entry: usize, number: u32) -> u64 {
 /// Start and goal: given as they are, random ones uniform over the passable cell centres that are far enough from the
 /// other end and connected with it.
 fn draw_ends(spec: &SceneSpec, floor: &Floor<'_>, seed: EpisodeSeed) -> Result<(Vec2, Vec2), Infeasible> {
-    let grid = &floor.map.grid;
+    let grid = floor.grid();
     let (start, goal) = (spec.start.given(grid).map(|(position, _)| position), spec.goal.given(grid));
     let parts = floor.components();
     let part = |p: Vec2| parts.labels()[grid.index(grid.cell_at(p))];
     let diagonal = grid.extent_m().norm();
     let distance_min =
         |place: &RandomPlace, share: f64| place.distance_min_m.map_or(share * diagonal, NonNegative::get);
-    let candidates: Vec<usize> = (0..floor.passable.len()).filter(|&index| floor.passable[index]).collect();
+    // Labels are 0 where nothing fits.
+    let candidates = || parts.labels().iter().enumerate().filter(|&(_, &label)| label != 0).map(|(index, _)| index);
     // Each end has a stream of its own, so that giving one leaves the draws of the other.
     let mut start_stream = seed.stream(Purpose::StartGoal, 0);
     let mut goal_stream = seed.stream(Purpose::StartGoal, 1);
     let far_from = |other: Vec2, distance: f64, stream: &mut Stream| {
-        let far: Vec<usize> = candidates
-            .iter()
-            .copied()
-            .filter(|&index| {
-                parts.labels()[index] == part(other)
+        let connected = part(other);
+        let far = || {
+            candidates().filter(|&index| {
+                parts.labels()[index] == connected
                     && (grid.centre(grid.cell(index)) - other).norm() >= distance - SLACK_M
             })
-            .collect();
-        (!far.is_empty()).then(|| grid.centre(grid.cell(far[stream.index(far.len())])))
+        };
+        drawn(far, stream).map(|index| grid.centre(grid.cell(index)))
     };
     match (start, goal, &spec.start, &spec.goal) {
         (Some(start), Some(goal), ..) => {
@@ -803,10 +732,11 @@ fn draw_ends(spec: &SceneSpec, floor: &Floor<'_>, seed: EpisodeSeed) -> Result<(
         (None, Some(goal), StartSpec::Random(place), _) => far_from(goal, distance_min(place, 0.25), &mut start_stream)
             .map(|start| (start, goal))
             .ok_or_else(|| Infeasible::new("no free cell is connected with the goal and far enough from it")),
-        (None, None, StartSpec::Random(from), GoalSpec::Random(to)) if !candidates.is_empty() => {
+        (None, None, StartSpec::Random(from), GoalSpec::Random(to)) if !parts.sizes().is_empty() => {
             let distance = math::max(distance_min(from, 0.5), distance_min(to, 0.5));
             for _ in 0..TRIES {
-                let start = grid.centre(grid.cell(candidates[start_stream.index(candidates.len())]));
+                let start = drawn(candidates, &mut start_stream).expect("there is one");
+                let start = grid.centre(grid.cell(start));
                 if let Some(goal) = far_from(start, distance, &mut goal_stream) {
                     return Ok((start, goal));
                 }
@@ -815,6 +745,12 @@ fn draw_ends(spec: &SceneSpec, floor: &Floor<'_>, seed: EpisodeSeed) -> Result<(
         }
         _ => Err(Infeasible::new("no free cell for start and goal")),
     }
+}
+
+/// One of the items, each as likely as the others; none where there is none.
+fn drawn<I: Iterator<Item = usize>>(items: impl Fn() -> I, stream: &mut Stream) -> Option<usize> {
+    let count = items().count();
+    if count > 0 { items().nth(stream.index(count)) } else { None }
 }
 
 /// A random unknown static: on free cells, clear of both ends, start and goal still connected; `None` after too many draws.
@@ -831,7 +767,7 @@ fn draw_static(
     let keep = math::max(params.keep_from_ends_m.get(), robot.radius_m);
     for _ in 0..TRIES {
         let theta = stream.range(-math::PI, math::PI);
-        let Some(mut position) = draw_position(&params.placement, &scene.reference_route, grid, &mut stream) else {
+        let Some(mut position) = draw_position(&params.placement, scene, &mut stream) else {
             continue;
         };
         let mut pose = Pose { position, theta };
@@ -857,16 +793,18 @@ fn draw_static(
 }
 
 /// A position of the placement's distribution; `None` where this draw fell outside of it.
-fn draw_position(placement: &PlacementChoice, route: &Path, grid: &OccupancyGrid, stream: &mut Stream) -> Option<Vec2> {
-    let extent = grid.extent_m();
+fn draw_position(placement: &PlacementChoice, scene: &Scene, stream: &mut Stream) -> Option<Vec2> {
+    let extent = scene.map.grid.extent_m();
+    let route = || scene.reference_route.as_ref().expect("there is one where something goes by it");
     match placement {
         PlacementChoice::anywhere(_) => Some(Vec2::new(stream.range(0.0, extent.x), stream.range(0.0, extent.y))),
         PlacementChoice::on_route(params) => {
+            let route = route();
             let [low, high] = params.share.map(|share| share.get() * route.length());
             Some(route.point_at(stream.range(low, high)))
         }
         PlacementChoice::near_route(params) => {
-            let reach = params.distance_max_m.get();
+            let (route, reach) = (route(), params.distance_max_m.get());
             let (mut min, mut max) = (route.start(), route.start());
             for p in route.vertices() {
                 min = Vec2::new(math::min(min.x, p.x), math::min(min.y, p.y));
@@ -1011,7 +949,7 @@ moving:
             let reached = reachable(&truth, &DistanceField::new(&truth), grid.cell_at(scene.start.position), 0.3);
             assert!(reached[grid.index(grid.cell_at(scene.goal))], "episode {episode}");
 
-            let route = &scene.reference_route;
+            let route = scene.reference_route.as_ref().expect("wanted");
             let on_route = &scene.unknown_static[0];
             let cell = grid.cell_at(on_route.pose().position);
             assert_eq!(on_route.pose(), Pose { position: grid.centre(cell), theta: 0.0 });
@@ -1307,7 +1245,8 @@ moving:
             let map = random_map(episode);
             let spec = spec("random", "random", text);
             let Ok(scene) = Scene::generate(&spec, &map, &Robot::default(), 0.3, seed(episode)) else { continue };
-            let length = scene.reference_route.length();
+            let route = scene.reference_route.as_ref().expect("wanted");
+            let length = route.length();
             let (first, last) = (0.3 * length / 0.5 - 2.0, 0.8 * length / 0.5 + 2.0);
             let mover = &scene.movers[0];
             assert!((mover.position - scene.start.position).norm() >= 3.0 + 0.3 + 0.25 - 1e-9);
@@ -1317,7 +1256,7 @@ moving:
                 let at = world.movers()[0].position;
                 world.step(Twist::ZERO);
                 // Within a tick's way of the route, at a time at which it may be met.
-                f64::from(tick) * 0.1 >= first - 0.1 && scene.reference_route.project(at).1 <= 0.1
+                f64::from(tick) * 0.1 >= first - 0.1 && route.project(at).1 <= 0.1
             });
             assert!(meets, "episode {episode}");
         }

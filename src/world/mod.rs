@@ -25,6 +25,7 @@
 
 mod bodies;
 mod drivetrain;
+mod floor;
 mod generate;
 mod motion;
 mod mover;

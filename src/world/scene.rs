@@ -19,7 +19,8 @@ pub struct Scene {
     /// Where it is to go, grid frame.
     pub goal: Vec2,
     /// A way from start to goal on the known map that no planner has shaped; obstacles "on the route" are placed on it.
-    pub reference_route: Path,
+    /// None where nothing is placed by it.
+    pub reference_route: Option<Path>,
     /// Obstacles that stand still and are not on the map.
     pub unknown_static: Vec<UnknownStatic>,
     /// Moving obstacles.
@@ -29,11 +30,10 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// A scene with nothing but a map, a start and a goal; the route is the straight line.
+    /// A scene with nothing but a map, a start and a goal.
     pub fn new(map: &Arc<StaticMap>, start: Pose, goal: Vec2) -> Self {
-        let reference_route = Path::polyline(&[start.position, goal]);
         let (unknown_static, movers, script) = (Vec::new(), Vec::new(), Vec::new());
-        Self { map: Arc::clone(map), start, goal, reference_route, unknown_static, movers, script }
+        Self { map: Arc::clone(map), start, goal, reference_route: None, unknown_static, movers, script }
     }
 
     /// Where the robot is to go during `tick`.

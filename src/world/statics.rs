@@ -1,5 +1,6 @@
 //! What stands still: the known map with its edge, and the unknown statics of one scene.
 
+use super::floor::Rooms;
 use super::obstacle::{Body, Hit, Outline, UnknownStatic};
 use crate::geometry::outline::sweep_disc_rect;
 use crate::geometry::{Rect, Vec2, convex};
@@ -21,6 +22,7 @@ pub struct StaticMap {
     right: Vec<u16>,
     shape: SharedShape,
     digest: u64,
+    pub(super) rooms: Rooms,
 }
 
 /// No column: grids have at most 16384.
@@ -45,7 +47,7 @@ impl StaticMap {
         let shape =
             SharedShape::compound(merged_rectangles(&grid).into_iter().chain(border(&grid)).map(cuboid).collect());
         let digest = digest_of(&grid);
-        Self { grid: Arc::new(grid), field: Arc::new(field), left, right, shape, digest }
+        Self { grid: Arc::new(grid), field: Arc::new(field), left, right, shape, digest, rooms: Rooms::default() }
     }
 
     /// Known obstacles and the map's edge as one rapier shape: greedily merged rectangles and four bars.

@@ -1,0 +1,166 @@
+//! Where a disc fits, in cells: on a known map, and on the true one while obstacles are being placed.
+
+use super::obstacle::{SLACK_M, UnknownStatic};
+use super::statics::StaticMap;
+use crate::geometry::{Rect, Vec2};
+use crate::map::connectivity::{Components, passable};
+use crate::map::{Cell, DistanceField, OccupancyGrid};
+use std::borrow::Cow;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Where a disc of some clearance fits on a known map, and which of these cells are connected.
+#[derive(Debug)]
+pub(super) struct Room {
+    /// Least square of the distance field where it fits.
+    threshold: u32,
+    passable: Vec<bool>,
+    components: Components,
+}
+
+/// The rooms of a map that were asked for last: every episode asks for the same.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rooms(Arc<Mutex<Vec<Arc<Room>>>>);
+
+impl Rooms {
+    /// How many are kept: a scene has two.
+    const KEPT: usize = 4;
+
+    /// The room of a disc of radius `clearance_m` on the map that these rooms belong to.
+    fn of(&self, grid: &OccupancyGrid, field: &DistanceField, clearance_m: f64) -> Arc<Room> {
+        let threshold = field.threshold(clearance_m);
+        // A room is put in when it is whole, so one that a panic has left is as good as any.
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(room) = kept.iter().find(|room| room.threshold == threshold) {
+            return Arc::clone(room);
+        }
+        let passable = passable(field, clearance_m);
+        let room = Arc::new(Room { threshold, components: Components::new(grid, &passable), passable });
+        if kept.len() == Self::KEPT {
+            kept.remove(0);
+        }
+        kept.push(Arc::clone(&room));
+        room
+    }
+}
+
+/// The true map while obstacles are being placed, in cells.
+pub(super) struct Floor<'a> {
+    map: &'a StaticMap,
+    /// Cells that are occupied or touched by an unknown static.
+    occupied: Cow<'a, [bool]>,
+    /// The same for a disc of the clearance, on the known map.
+    room: Arc<Room>,
+    /// Cells on whose centre that disc fits, where they are others than those of `room`.
+    passable: Option<Vec<bool>>,
+    clearance_m: f64,
+}
+
+impl<'a> Floor<'a> {
+    /// The known map.
+    pub fn new(map: &'a StaticMap, clearance_m: f64) -> Self {
+        let room = map.rooms.of(&map.grid, &map.field, clearance_m);
+        Self { map, occupied: Cow::Borrowed(map.grid.occupied()), room, passable: None, clearance_m }
+    }
+
+    /// The cells.
+    pub fn grid(&self) -> &'a OccupancyGrid {
+        &self.map.grid
+    }
+
+    /// Cells on whose centre the disc fits, row-major.
+    pub fn passable(&self) -> &[bool] {
+        self.passable.as_deref().unwrap_or(&self.room.passable)
+    }
+
+    /// The same on the known map.
+    pub fn known(&self) -> &[bool] {
+        &self.room.passable
+    }
+
+    /// Makes a cell passable that is not occupied, wherever the disc fits.
+    pub fn admit(&mut self, cell: Cell) {
+        let index = self.map.grid.index(cell);
+        let fits = !self.occupied[index];
+        if self.passable()[index] != fits {
+            self.passable_mut()[index] = fits;
+        }
+    }
+
+    fn passable_mut(&mut self) -> &mut [bool] {
+        self.passable.get_or_insert_with(|| self.room.passable.clone())
+    }
+
+    /// The cells that `obstacle` touches.
+    pub fn touched(&self, obstacle: &UnknownStatic) -> Vec<Cell> {
+        cells_within(&self.map.grid, obstacle.bounds())
+            .filter(|&cell| obstacle.touches(self.map.grid.square(cell)))
+            .collect()
+    }
+
+    /// Takes in an obstacle and returns the cells that are passable no more.
+    pub fn add(&mut self, touched: &[Cell]) -> Vec<usize> {
+        let grid = self.grid();
+        let occupied = self.occupied.to_mut();
+        let passable = self.passable.get_or_insert_with(|| self.room.passable.clone());
+        let margin = Vec2::new(self.clearance_m, self.clearance_m);
+        let mut blocked = Vec::new();
+        for &cell in touched {
+            let square = grid.square(cell);
+            occupied[grid.index(cell)] = true;
+            for near in cells_within(grid, Rect { min: square.min - margin, max: square.max + margin }) {
+                let index = grid.index(near);
+                let distance = square.signed_distance(grid.centre(near));
+                if passable[index] && (near == cell || distance < self.clearance_m - SLACK_M) {
+                    passable[index] = false;
+                    blocked.push(index);
+                }
+            }
+        }
+        blocked
+    }
+
+    /// Undoes [`Self::add`].
+    pub fn remove(&mut self, touched: &[Cell], blocked: &[usize]) {
+        let (grid, occupied) = (self.grid(), self.occupied.to_mut());
+        for &cell in touched {
+            occupied[grid.index(cell)] = false;
+        }
+        let passable = self.passable_mut();
+        for &index in blocked {
+            passable[index] = true;
+        }
+    }
+
+    /// Whether any of the touched cells is occupied already.
+    pub fn overlaps(&self, touched: &[Cell]) -> bool {
+        touched.iter().any(|&cell| self.occupied[self.map.grid.index(cell)])
+    }
+
+    /// Whether any of the touched cells has an occupied cell or the map's edge among its 8 neighbours.
+    pub fn adjoins(&self, touched: &[Cell]) -> bool {
+        let grid = &self.map.grid;
+        touched.iter().any(|cell| {
+            (-1..=1).any(|row| {
+                (-1..=1).any(|col| {
+                    let near = Cell { col: cell.col + col, row: cell.row + row };
+                    !grid.contains(near) || self.occupied[grid.index(near)]
+                })
+            })
+        })
+    }
+
+    /// Which cells are connected.
+    pub fn components(&self) -> Cow<'_, Components> {
+        match &self.passable {
+            None => Cow::Borrowed(&self.room.components),
+            Some(passable) => Cow::Owned(Components::new(self.grid(), passable)),
+        }
+    }
+}
+
+/// The cells of the grid that `rect` meets.
+fn cells_within(grid: &OccupancyGrid, rect: Rect) -> impl Iterator<Item = Cell> + use<> {
+    let (low, high) = (grid.cell_at(rect.min), grid.cell_at(rect.max));
+    let (cols, rows) = (low.col.max(0)..=high.col.min(grid.cols() - 1), low.row.max(0)..=high.row.min(grid.rows() - 1));
+    rows.flat_map(move |row| cols.clone().map(move |col| Cell { col, row }))
+}
