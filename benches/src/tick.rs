@@ -45,6 +45,24 @@ pub const ROWS: &[Row] = &[
         measure: warehouse,
     },
     Row {
+        name: "growth/samples",
+        what: "one tick of that world by the number of candidates",
+        target: None,
+        measure: by_samples,
+    },
+    Row {
+        name: "growth/obstacles",
+        what: "one tick by the number of static discs, none to 800, ten movers, 35 candidates",
+        target: None,
+        measure: by_obstacles,
+    },
+    Row {
+        name: "growth/movers",
+        what: "one tick by the number of movers, none to 200, 35 candidates; without static discs and a global planner",
+        target: None,
+        measure: by_movers,
+    },
+    Row {
         name: "start/512",
         what: "an episode's world on a map that is loaded, 512 x 512",
         target: None,
@@ -52,9 +70,13 @@ pub const ROWS: &[Row] = &[
     },
 ];
 
-/// The world of the peers.
+/// The world of the peers, as its file says it.
 struct Peers {
-    scene: Scene,
+    size: Vec2,
+    discs: Vec<(Vec2, f64)>,
+    movers: Vec<Mover>,
+    start: Vec2,
+    goal: Vec2,
     robot: Robot,
     termination: TerminationSpec,
 }
@@ -74,28 +96,66 @@ impl Peers {
                 "size" => size = values,
                 "steps" => duration_s = 0.1 * values[0],
                 "robot" => robot = values,
-                "moving" => movers.push(values),
+                "moving" => movers.push(shuttle(&values)),
                 "static" => discs.push((Vec2::new(values[0], values[1]), values[2])),
                 _ => {}
             }
         }
+        let timeout_s = Some(Positive::new(duration_s));
+        Ok(Self {
+            size: Vec2::new(size[0], size[1]),
+            discs,
+            movers,
+            start: Vec2::new(robot[0], robot[1]),
+            goal: Vec2::new(robot[2], robot[3]),
+            robot: Robot { radius_m: robot[4], speed_max_mps: robot[5], ..Robot::default() },
+            termination: TerminationSpec { timeout_s, ..TerminationSpec::default() },
+        })
+    }
+
+    fn scene(&self) -> Scene {
         let cells = |side: f64| (side / RESOLUTION_M).round() as i32;
-        let mut map = OccupancyGrid::empty(cells(size[0]), cells(size[1]), RESOLUTION_M);
+        let mut map = OccupancyGrid::empty(cells(self.size.x), cells(self.size.y), RESOLUTION_M);
         for row in 0..map.rows() {
             for col in 0..map.cols() {
                 let square = map.square(Cell { col, row });
-                if discs.iter().any(|&(centre, radius)| square.signed_distance(centre) < radius) {
+                if self.discs.iter().any(|&(centre, radius)| square.signed_distance(centre) < radius) {
                     map.set_occupied(Cell { col, row });
                 }
             }
         }
-        let (start, goal) = (Vec2::new(robot[0], robot[1]), Vec2::new(robot[2], robot[3]));
-        let theta = (goal.y - start.y).atan2(goal.x - start.x);
-        let mut scene = Scene::new(&Arc::new(StaticMap::new(map)), Pose { position: start, theta }, goal);
-        scene.movers = movers.iter().map(|values| shuttle(values)).collect();
-        let robot = Robot { radius_m: robot[4], speed_max_mps: robot[5], ..Robot::default() };
-        let timeout_s = Some(Positive::new(duration_s));
-        Ok(Self { scene, robot, termination: TerminationSpec { timeout_s, ..TerminationSpec::default() } })
+        let way = self.goal - self.start;
+        let start = Pose { position: self.start, theta: way.y.atan2(way.x) };
+        let mut scene = Scene::new(&Arc::new(StaticMap::new(map)), start, self.goal);
+        scene.movers.clone_from(&self.movers);
+        scene
+    }
+
+    /// One line: a tick of an episode, `label` telling what it grows with.
+    fn drive(&self, settings: &Settings, label: String, samples: (u32, u32), global: Option<GlobalChoice>) -> Line {
+        let scene = self.scene();
+        let conditions = Conditions { seed: EpisodeSeed { seed: 1, episode: 0 }, ..Conditions::default() };
+        let local = LocalChoice::dwa(dwa::Params {
+            speed_samples: Samples::new(samples.0),
+            yaw_rate_samples: Samples::new(samples.1),
+            predict_dynamic: true,
+            ..dwa::Params::default()
+        });
+        let mut stack = StackSpec { name: "bench".to_owned(), global, path: Vec::new(), local, replan: None }
+            .build(&PlanningSpec { inflation_m: Some(NonNegative::new(0.35)), ..PlanningSpec::default() });
+        let mut runner = Runner::default();
+        let mut drive = || runner.run(&scene, &self.robot, &conditions, &self.termination, &mut stack);
+        let outcome = drive();
+        let time = alone(settings.pairs, &mut drive);
+        let trace = &runner.record.trace;
+        let ticks = trace.ticks.len() - 1;
+        let counts = format!(
+            "{ticks} ticks, {:.1} rollouts per tick, {} recoveries, {}",
+            trace.rollouts as f64 / ticks as f64,
+            trace.recoveries,
+            outcome.name()
+        );
+        Line::alone(label, time, ticks as f64, counts)
     }
 }
 
@@ -108,36 +168,63 @@ fn shuttle(values: &[f64]) -> Mover {
     Mover { motion: Motion::Patrol(patrol), ..Mover::new(from, velocity, values[4]) }
 }
 
-fn world30(settings: &Settings, speed_samples: u32, yaw_rate_samples: u32) -> Result<Vec<Line>, String> {
-    let world = Peers::read()?;
-    let seed = EpisodeSeed { seed: 1, episode: 0 };
-    let conditions = Conditions { seed, ..Conditions::default() };
-    let local = LocalChoice::dwa(dwa::Params {
-        speed_samples: Samples::new(speed_samples),
-        yaw_rate_samples: Samples::new(yaw_rate_samples),
-        predict_dynamic: true,
-        ..dwa::Params::default()
-    });
-    let mut stack = stack(local);
-    let mut runner = Runner::default();
-    let mut drive = || runner.run(&world.scene, &world.robot, &conditions, &world.termination, &mut stack);
-    let outcome = drive();
-    let time = alone(settings.pairs, &mut drive);
-    let trace = &runner.record.trace;
-    let ticks = trace.ticks.len() - 1;
-    let counts = format!(
-        "{ticks} ticks, {:.1} rollouts per tick, {} recoveries, {}",
-        trace.rollouts as f64 / ticks as f64,
-        trace.recoveries,
-        outcome.name()
-    );
-    Ok(vec![Line::alone(format!("{speed_samples} x {yaw_rate_samples} samples"), time, ticks as f64, counts)])
+fn world30(settings: &Settings, speeds: u32, yaw_rates: u32) -> Result<Vec<Line>, String> {
+    let label = format!("{speeds} x {yaw_rates} samples");
+    Ok(vec![Peers::read()?.drive(settings, label, (speeds, yaw_rates), a_star())])
 }
 
-fn stack(local: LocalChoice) -> simrun::plan::stack::Stack {
-    let global = Some(GlobalChoice::a_star(a_star::Params::default()));
-    StackSpec { name: "bench".to_owned(), global, path: Vec::new(), local, replan: None }
-        .build(&PlanningSpec { inflation_m: Some(NonNegative::new(0.35)), ..PlanningSpec::default() })
+fn a_star() -> Option<GlobalChoice> {
+    Some(GlobalChoice::a_star(a_star::Params::default()))
+}
+
+fn by_samples(settings: &Settings) -> Result<Vec<Line>, String> {
+    let peers = Peers::read()?;
+    let line = |side: u32| peers.drive(settings, (side * side).to_string(), (side, side), a_star());
+    Ok([5, 10, 15, 20, 30, 40].map(line).into())
+}
+
+fn by_obstacles(settings: &Settings) -> Result<Vec<Line>, String> {
+    let line = |count: usize| {
+        let peers = Peers::read()?;
+        let mut places = Places::default();
+        let discs = std::iter::from_fn(|| Some((places.next_in(peers.size), 0.15)));
+        let clear =
+            |&(centre, _): &(Vec2, f64)| [peers.start, peers.goal].iter().all(|end| (centre - end).norm() > 1.5);
+        let discs = discs.filter(clear).take(count).collect();
+        Ok(Peers { discs, ..peers }.drive(settings, count.to_string(), (5, 7), a_star()))
+    };
+    [0, 50, 100, 200, 400, 800].map(line).into_iter().collect()
+}
+
+fn by_movers(settings: &Settings) -> Result<Vec<Line>, String> {
+    let line = |count: usize| {
+        let peers = Peers::read()?;
+        let mut places = Places::default();
+        let lanes = std::iter::from_fn(|| Some((places.next_in(peers.size), places.next_in(peers.size))));
+        let clear = |&(from, to): &(Vec2, Vec2)| {
+            (from - to).norm() > 1.0 && [from, to].iter().all(|end| (end - peers.start).norm() > 3.0)
+        };
+        let movers = lanes.filter(clear).take(count);
+        let movers = movers.map(|(from, to)| shuttle(&[from.x, from.y, to.x, to.y, 0.05, 0.5])).collect();
+        let robot = Robot { radius_m: 0.05, ..peers.robot.clone() };
+        let peers = Peers { discs: Vec::new(), movers, robot, ..peers };
+        Ok(peers.drive(settings, count.to_string(), (5, 7), None))
+    };
+    [0, 10, 20, 50, 100, 200].map(line).into_iter().collect()
+}
+
+/// Places all over an area, by a linear congruential generator.
+#[derive(Default)]
+struct Places(u64);
+
+impl Places {
+    fn next_in(&mut self, size: Vec2) -> Vec2 {
+        let mut share = || {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 33) as f64 / f64::from(1u32 << 31)
+        };
+        Vec2::new(size.x * share(), size.y * share())
+    }
 }
 
 fn warehouse(settings: &Settings) -> Result<Vec<Line>, String> {
