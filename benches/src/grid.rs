@@ -10,6 +10,7 @@ use simrun::plan::PlanningGrid;
 use simrun::plan::global::{GlobalChoice, GlobalPlanner, Problem};
 use std::f64::consts::SQRT_2;
 use std::fs;
+use std::process::Command;
 
 /// The rows of this module.
 pub const ROWS: &[Row] = &[
@@ -61,14 +62,15 @@ pub const ROWS: &[Row] = &[
 const QUERIES: usize = 60;
 
 /// Answers all queries once, as the timed part of most rows does; for counting instructions.
-pub fn once(planner: &str) -> Result<(), String> {
+pub fn once(planner: &str) -> Result<String, String> {
     let choice = GlobalChoice::by_name(planner).map_err(|error| error.to_string())?;
+    let mut lines = Vec::new();
     for scene in scenes::random_grids()? {
         let problems = scene.problems(QUERIES);
         let (_, expanded, generated) = answers(&mut *choice.build(), &problems);
-        println!("{}: {} queries, {expanded} expanded, {generated} generated", scene.name, problems.len());
+        lines.push(format!("{}: {} queries, {expanded} expanded, {generated} generated", scene.name, problems.len()));
     }
-    Ok(())
+    Ok(lines.join("\n"))
 }
 
 fn planner(name: &str) -> Box<dyn GlobalPlanner> {
@@ -355,64 +357,74 @@ fn random_map(side: i32) -> OccupancyGrid {
 }
 
 fn growth(settings: &Settings) -> Result<Vec<Line>, String> {
-    let mut lines = Vec::new();
-    for side in SIDES {
-        let before = resident_bytes()?;
+    let line = |side: i32| {
         let map = random_map(side);
-        let with_map = resident_bytes()?;
-        let grid = {
-            let field = DistanceField::new(&map);
-            let with_field = resident_bytes()?;
-            let grid = PlanningGrid::new(&map, &field, 0.0);
-            (grid, field, with_field)
-        };
-        let (grid, field, with_field) = grid;
-        let with_grid = resident_bytes()?;
-        // Across the whole map, four ways; from each end inwards to a cell of the largest connected part.
-        let parts = Components::new(&map, &connectivity::passable(&field, 0.0));
-        let is_open = |cell: Cell| Some(parts.labels()[map.index(cell)]) == parts.largest();
-        let at = |col: i32, row: i32| {
-            let inwards = |from: i32, step: i32| if from < side / 2 { from + step } else { from - step };
-            (0..side / 2).map(|step| Cell { col: inwards(col, step), row }).find(|&cell| is_open(cell))
-        };
-        let end = side - 2;
-        let ends = [
-            ((1, 1), (end, end)),
-            ((1, end), (end, 1)),
-            ((1, side / 2), (end, side / 3)),
-            ((side / 2, 1), (side / 3, end)),
-        ];
-        let mut problems = Vec::new();
-        for ((a, b), (c, d)) in ends {
-            let (start, goal) = (at(a, b).ok_or("no free cell")?, at(c, d).ok_or("no free cell")?);
-            problems.push(Problem { grid: &grid, start, goal });
-        }
-        drop(parts);
-        let with_problems = resident_bytes()?;
+        let field = DistanceField::new(&map);
+        let grid = PlanningGrid::new(&map, &field, 0.0);
+        let problems = across(&grid, &map, &field)?;
         let mut a_star = planner("a_star");
         let (lengths, expanded, _) = answers(&mut *a_star, &problems);
         if lengths.iter().any(Option::is_none) {
             return Err(format!("{side}: no path"));
         }
-        let with_search = resident_bytes()?;
         let mut path = Vec::new();
         let spread = measure::alone(settings.pairs, || run(&mut *a_star, &problems, &mut path));
-        let cells = f64::from(side) * f64::from(side);
-        let per_cell = |from: f64, to: f64| (to - from) / cells;
+        // In a process of its own, whose memory nothing else has used before.
+        let this = std::env::current_exe().map_err(|error| error.to_string())?;
+        let memory = Command::new(this).args(["--memory", &side.to_string()]).output();
+        let memory = memory.map_err(|error| error.to_string())?.stdout;
         let counts = format!(
-            "{expanded} expanded, {:.1} ns each ({:.1} .. {:.1}); resident bytes a cell: map {:.1}, field {:.1}, grid {:.1}, search {:.1}",
+            "{expanded} expanded, {:.1} ns each ({:.1} .. {:.1}); {}",
             spread.median / expanded as f64 * 1e9,
             spread.min / expanded as f64 * 1e9,
             spread.max / expanded as f64 * 1e9,
-            per_cell(before, with_map),
-            per_cell(with_map, with_field),
-            per_cell(with_field, with_grid),
-            per_cell(with_problems, with_search),
+            String::from_utf8_lossy(&memory).trim(),
         );
-        drop(field);
-        lines.push(Line { input: format!("{side} x {side}"), ours: spread, other: None, ratio: None, counts });
-    }
-    Ok(lines)
+        Ok(Line { input: format!("{side} x {side}"), ours: spread, other: None, ratio: None, counts })
+    };
+    SIDES.map(line).into_iter().collect()
+}
+
+/// Across the whole map, four ways; from each end inwards to a cell of the largest connected part.
+fn across<'a>(grid: &'a PlanningGrid, map: &OccupancyGrid, field: &DistanceField) -> Result<Vec<Problem<'a>>, String> {
+    let side = map.cols();
+    let parts = Components::new(map, &connectivity::passable(field, 0.0));
+    let is_open = |cell: Cell| Some(parts.labels()[map.index(cell)]) == parts.largest();
+    let at = |(col, row): (i32, i32)| {
+        let inwards = |from: i32, step: i32| if from < side / 2 { from + step } else { from - step };
+        let mut cells = (0..side / 2).map(|step| Cell { col: inwards(col, step), row });
+        cells.find(|&cell| is_open(cell)).ok_or("no free cell")
+    };
+    let end = side - 2;
+    let ends = [
+        ((1, 1), (end, end)),
+        ((1, end), (end, 1)),
+        ((1, side / 2), (end, side / 3)),
+        ((side / 2, 1), (side / 3, end)),
+    ];
+    ends.iter().map(|&(start, goal)| Ok(Problem { grid, start: at(start)?, goal: at(goal)? })).collect()
+}
+
+/// What a map, its field and a search take of this process's memory, bytes a cell.
+pub fn memory(side: i32) -> Result<String, String> {
+    let mut marks = vec![resident_bytes()?];
+    let map = random_map(side);
+    marks.push(resident_bytes()?);
+    let field = DistanceField::new(&map);
+    marks.push(resident_bytes()?);
+    let grid = PlanningGrid::new(&map, &field, 0.0);
+    marks.push(resident_bytes()?);
+    let problems = across(&grid, &map, &field)?;
+    let before_search = resident_bytes()?;
+    answers(&mut *planner("a_star"), &problems);
+    let search = resident_bytes()? - before_search;
+    let per_cell = |bytes: f64| bytes / (f64::from(side) * f64::from(side));
+    let [map, field, grid] = std::array::from_fn(|k| per_cell(marks[k + 1] - marks[k]));
+    let search = per_cell(search);
+    Ok(format!(
+        "bytes a cell: map {map:.1}, field {field:.1}, grid {grid:.1}, search {search:.1}, together {:.1}",
+        map + field + grid + search
+    ))
 }
 
 /// Memory of this process that is in use, bytes.

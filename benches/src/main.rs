@@ -39,6 +39,9 @@ pub struct Settings {
     /// Answers the queries of `benches/scenes` once with a planner of grids, to count instructions.
     #[arg(long, value_name = "PLANNER")]
     once: Option<String>,
+    /// Prints what a map of so many cells a side and a search on it take of memory.
+    #[arg(long, value_name = "SIDE", hide = true)]
+    memory: Option<i32>,
     /// Pairs of measurements of each row.
     #[arg(long, default_value_t = 7)]
     pairs: usize,
@@ -128,9 +131,17 @@ fn main() -> ExitCode {
         }
         return ExitCode::SUCCESS;
     }
-    if let Some(planner) = &settings.once {
-        return match grid::once(planner) {
-            Ok(()) => ExitCode::SUCCESS,
+    let printed = match (&settings.once, settings.memory) {
+        (Some(planner), _) => Some(grid::once(planner)),
+        (None, Some(side)) => Some(grid::memory(side)),
+        (None, None) => None,
+    };
+    if let Some(printed) = printed {
+        return match printed {
+            Ok(text) => {
+                println!("{text}");
+                ExitCode::SUCCESS
+            }
             Err(error) => {
                 eprintln!("{error}");
                 ExitCode::FAILURE

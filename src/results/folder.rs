@@ -348,7 +348,8 @@ impl Folder {
         }
         store::remove(&self.path.join(EXTENDED_CSV))?;
         let file = File::open(&path).map_err(ResultsError::io("read", &path))?;
-        let summary = summarise(BufReader::new(file)).map_err(|source| ResultsError::Read { path, source })?;
+        let summary = summarise(BufReader::new(file), self.order.episodes() as usize)
+            .map_err(|source| ResultsError::Read { path, source })?;
         let mut bytes = Vec::new();
         write_summary(&mut bytes, self.order.swept(), &summary).expect("writing to memory cannot fail");
         let path = self.path.join(SUMMARY_CSV);

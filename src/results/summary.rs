@@ -114,7 +114,7 @@ struct Group {
 }
 
 impl Group {
-    fn new(row: Row, keys: &[String]) -> Self {
+    fn new(row: Row, keys: &[String], episodes: usize) -> Self {
         let metrics = metric_columns().count();
         Self {
             row: SummaryRow {
@@ -131,7 +131,8 @@ impl Group {
             },
             spl_sum: 0.0,
             is_spl_defined: true,
-            values: vec![Vec::new(); metrics],
+            // Lists that grow leave holes behind; room that is never filled takes no memory.
+            values: (0..metrics).map(|_| Vec::with_capacity(episodes)).collect(),
         }
     }
 
@@ -172,11 +173,12 @@ impl Group {
 
 /// Summarises an `episodes.csv`: one row per (sweep point, stack) in the order of their first rows.
 ///
-/// A pure function of the bytes. It holds the values of one sweep point at a time.
+/// A pure function of the bytes. It holds the values of one sweep point at a time, and makes room for `episodes` rows of each
+/// stack at once; more are taken as well.
 ///
 /// # Errors
 /// If a line is not what a run writes, or the sweep points are out of order.
-pub fn summarise(input: impl BufRead) -> Result<Vec<SummaryRow>, ReadError> {
+pub fn summarise(input: impl BufRead, episodes: usize) -> Result<Vec<SummaryRow>, ReadError> {
     let mut reader = Reader::new(input)?;
     let keys = reader.swept().to_vec();
     let mut summary = Vec::new();
@@ -193,7 +195,7 @@ pub fn summarise(input: impl BufRead) -> Result<Vec<SummaryRow>, ReadError> {
         }
         let index = groups.iter().position(|group| group.row.stack == row.stack);
         let index = index.unwrap_or_else(|| {
-            groups.push(Group::new(row.clone(), &keys));
+            groups.push(Group::new(row.clone(), &keys, episodes));
             groups.len() - 1
         });
         groups[index].add(&row);
@@ -276,7 +278,7 @@ mod tests {
         let mut writer = csv::Writer::from_writer(&mut bytes);
         rows.iter().for_each(|row| write_row(&mut writer, row).unwrap());
         drop(writer);
-        summarise(bytes.as_slice()).unwrap()
+        summarise(bytes.as_slice(), 2).unwrap()
     }
 
     #[test]
@@ -339,7 +341,7 @@ mod tests {
         let mut writer = csv::Writer::from_writer(&mut bytes);
         [1, 0].iter().for_each(|&p| write_row(&mut writer, &row(p, "a", Outcome::Stuck, None, None)).unwrap());
         drop(writer);
-        assert_eq!(summarise(bytes.as_slice()).unwrap_err().to_string(), "line 3: sweep point 0 after 1");
+        assert_eq!(summarise(bytes.as_slice(), 2).unwrap_err().to_string(), "line 3: sweep point 0 after 1");
     }
 
     #[test]
