@@ -48,9 +48,9 @@ pub(super) struct Floor<'a> {
     map: &'a StaticMap,
     /// Cells that are occupied or touched by an unknown static.
     occupied: Cow<'a, [bool]>,
-    /// The same for a disc of the clearance, on the known map.
+    /// Where a disc of the clearance fits on the known map.
     room: Arc<Room>,
-    /// Cells on whose centre that disc fits, where they are others than those of `room`.
+    /// Where it fits now, if that has changed.
     passable: Option<Vec<bool>>,
     clearance_m: f64,
 }
@@ -77,7 +77,7 @@ impl<'a> Floor<'a> {
         &self.room.passable
     }
 
-    /// Makes a cell passable that is not occupied, wherever the disc fits.
+    /// Makes a cell passable unless it is occupied, whether the disc fits there or not.
     pub fn admit(&mut self, cell: Cell) {
         let index = self.map.grid.index(cell);
         let fits = !self.occupied[index];
