@@ -1,47 +1,13 @@
-//! Where a disc fits, in cells: on a known map, and on the true one while obstacles are being placed.
+//! Where a disc fits on the true map while obstacles are being placed, in cells.
 
 use super::obstacle::{SLACK_M, UnknownStatic};
+use super::room::Room;
 use super::statics::StaticMap;
 use crate::geometry::{Rect, Vec2};
-use crate::map::connectivity::{Components, passable};
-use crate::map::{Cell, DistanceField, OccupancyGrid};
+use crate::map::connectivity::Components;
+use crate::map::{Cell, OccupancyGrid};
 use std::borrow::Cow;
-use std::sync::{Arc, Mutex, PoisonError};
-
-/// Where a disc of some clearance fits on a known map, and which of these cells are connected.
-#[derive(Debug)]
-pub(super) struct Room {
-    /// Least square of the distance field where it fits.
-    threshold: u32,
-    passable: Vec<bool>,
-    components: Components,
-}
-
-/// The rooms of a map that were asked for last: every episode asks for the same.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Rooms(Arc<Mutex<Vec<Arc<Room>>>>);
-
-impl Rooms {
-    /// How many are kept: a scene has two.
-    const KEPT: usize = 4;
-
-    /// The room of a disc of radius `clearance_m` on the map that these rooms belong to.
-    fn of(&self, grid: &OccupancyGrid, field: &DistanceField, clearance_m: f64) -> Arc<Room> {
-        let threshold = field.threshold(clearance_m);
-        // A room is put in when it is whole, so one that a panic has left is as good as any.
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(room) = kept.iter().find(|room| room.threshold == threshold) {
-            return Arc::clone(room);
-        }
-        let passable = passable(field, clearance_m);
-        let room = Arc::new(Room { threshold, components: Components::new(grid, &passable), passable });
-        if kept.len() == Self::KEPT {
-            kept.remove(0);
-        }
-        kept.push(Arc::clone(&room));
-        room
-    }
-}
+use std::sync::Arc;
 
 /// The true map while obstacles are being placed, in cells.
 pub(super) struct Floor<'a> {

@@ -33,6 +33,7 @@ mod obstacle;
 mod perception;
 mod ray;
 mod recording;
+mod room;
 mod route;
 mod scene;
 mod script;

@@ -1,7 +1,7 @@
 //! What stands still: the known map with its edge, and the unknown statics of one scene.
 
-use super::floor::Rooms;
 use super::obstacle::{Body, Hit, Outline, UnknownStatic};
+use super::room::Rooms;
 use crate::geometry::outline::sweep_disc_rect;
 use crate::geometry::{Rect, Vec2, convex};
 use crate::map::{Cell, DistanceField, OccupancyGrid};
