@@ -18,7 +18,7 @@
 //! # What is not modelled
 //!
 //! - The episode ends at the first contact, so there is no collision response for the robot.
-//! - Movers are discs that pass through each other and through the robot; only statics and the map's edge
+//! - Movers, discs or convex outlines, pass through each other and through the robot; only statics and the map's edge
 //!   turn them. One that meets more than eight surfaces within a tick, wedged in a gap of its own width, stands for the
 //!   rest of it.
 //! - Perception and actuation are perfect unless [`Conditions`] say otherwise: noise, drift, latency, slip, occlusion.
