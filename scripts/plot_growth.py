@@ -40,7 +40,7 @@ def main():
         (movers, "growth/movers", "movers"),
     ]:
         lines = [line for line in benches if line["row"] == row]
-        spread(axis, [float(line["input"]) for line in lines], lines, 1.0)
+        spread(axis, [float(line["input"]) for line in lines], lines)
         axis.set(xlabel=label, ylabel="µs a tick")
     for axis, row, label in [(search, "grid_growth", "ns an expansion of a_star"), (field, "distance_field", "ns a cell of the field")]:
         lines = [line for line in benches if line["row"] == row]
@@ -51,7 +51,7 @@ def main():
         for line, unit in zip(lines, units):
             for key in ("ours_us", "ours_min_us", "ours_max_us"):
                 line[key] = 1e3 * float(line[key]) / unit
-        spread(axis, sides, lines, 1.0)
+        spread(axis, sides, lines)
         axis.set(xlabel="cells along a side of the map", ylabel=label)
         axis.set_xscale("log", base=2)
     numbers = [int(line["threads"]) for line in threads]
@@ -69,9 +69,9 @@ def main():
     print(args.output)
 
 
-def spread(axis, xs, lines, scale):
+def spread(axis, xs, lines):
     """Medians with bars from the least to the most."""
-    middle, least, most = ([scale * float(line[key]) for line in lines] for key in ("ours_us", "ours_min_us", "ours_max_us"))
+    middle, least, most = ([float(line[key]) for line in lines] for key in ("ours_us", "ours_min_us", "ours_max_us"))
     below = [m - l for m, l in zip(middle, least)]
     above = [h - m for m, h in zip(middle, most)]
     axis.errorbar(xs, middle, yerr=[below, above], marker="o", capsize=3, color="C0")

@@ -105,17 +105,20 @@ pub struct Rect {
 impl Rect {
     /// Signed distance from `p` to the rectangle's boundary: negative inside.
     pub fn signed_distance(&self, p: Vec2) -> f64 {
-        let dx = math::max(self.min.x - p.x, p.x - self.max.x);
-        let dy = math::max(self.min.y - p.y, p.y - self.max.y);
+        let (dx, dy) = self.beyond(p);
         if dx > 0.0 && dy > 0.0 { math::hypot(dx, dy) } else { math::max(dx, dy) }
+    }
+
+    /// How far `p` lies beyond the nearer side in x and in y: negative between the sides.
+    fn beyond(&self, p: Vec2) -> (f64, f64) {
+        (math::max(self.min.x - p.x, p.x - self.max.x), math::max(self.min.y - p.y, p.y - self.max.y))
     }
 
     /// The smaller of `best` and [`Self::signed_distance`], without the root where it cannot be the latter.
     pub fn signed_distance_below(&self, p: Vec2, best: f64) -> f64 {
         // Far above what rounding can do to either side.
         const MARGIN: f64 = 1.000_001;
-        let dx = math::max(self.min.x - p.x, p.x - self.max.x);
-        let dy = math::max(self.min.y - p.y, p.y - self.max.y);
+        let (dx, dy) = self.beyond(p);
         if dx > 0.0 && dy > 0.0 && best > 0.0 && dx * dx + dy * dy > MARGIN * (best * best) {
             return best;
         }

@@ -66,18 +66,16 @@ impl<'a> Floor<'a> {
     /// Takes in an obstacle and returns the cells that are passable no more.
     pub fn add(&mut self, touched: &[Cell]) -> Vec<usize> {
         let grid = self.grid();
-        let occupied = self.occupied.to_mut();
-        let passable = self.passable.get_or_insert_with(|| self.room.passable.clone());
         let margin = Vec2::new(self.clearance_m, self.clearance_m);
         let mut blocked = Vec::new();
         for &cell in touched {
             let square = grid.square(cell);
-            occupied[grid.index(cell)] = true;
+            self.occupied.to_mut()[grid.index(cell)] = true;
             for near in cells_within(grid, Rect { min: square.min - margin, max: square.max + margin }) {
                 let index = grid.index(near);
                 let distance = square.signed_distance(grid.centre(near));
-                if passable[index] && (near == cell || distance < self.clearance_m - SLACK_M) {
-                    passable[index] = false;
+                if self.passable()[index] && (near == cell || distance < self.clearance_m - SLACK_M) {
+                    self.passable_mut()[index] = false;
                     blocked.push(index);
                 }
             }

@@ -26,7 +26,7 @@ use super::spec::{
     UnknownStaticChoice, moving, unknown_static,
 };
 use super::statics::{StaticMap, Statics};
-use crate::geometry::{Pose, Vec2, direction};
+use crate::geometry::{Path, Pose, Vec2, direction};
 use crate::map::{Cell, OccupancyGrid};
 use crate::math;
 use crate::quantity::{CountOrZero, Finite, Fraction, NonNegative, Positive};
@@ -656,7 +656,7 @@ fn replay<'a>(
 /// A mover that crosses the reference route when the robot may be there; `None` after too many draws.
 fn draw_crossing(params: &moving::crossing::Params, scene: &Scene, robot: &Robot, mut stream: Stream) -> Option<Mover> {
     let statics = scene.statics();
-    let route = scene.reference_route.as_ref()?;
+    let route = route_of(scene);
     let [slowest, fastest] = params.speed_mps.map(NonNegative::get);
     let [low, high] = params.share.map(Fraction::get);
     let radius_m = outline(params.radius_m, params.footprint.as_ref(), Vec2::zeros()).circumradius_m();
@@ -792,19 +792,23 @@ fn draw_static(
     None
 }
 
+/// The reference route of a scene in which something is placed by it.
+fn route_of(scene: &Scene) -> &Path {
+    scene.reference_route.as_ref().expect("one is drawn where something goes by it")
+}
+
 /// A position of the placement's distribution; `None` where this draw fell outside of it.
 fn draw_position(placement: &PlacementChoice, scene: &Scene, stream: &mut Stream) -> Option<Vec2> {
     let extent = scene.map.grid.extent_m();
-    let route = || scene.reference_route.as_ref().expect("there is one where something goes by it");
     match placement {
         PlacementChoice::anywhere(_) => Some(Vec2::new(stream.range(0.0, extent.x), stream.range(0.0, extent.y))),
         PlacementChoice::on_route(params) => {
-            let route = route();
+            let route = route_of(scene);
             let [low, high] = params.share.map(|share| share.get() * route.length());
             Some(route.point_at(stream.range(low, high)))
         }
         PlacementChoice::near_route(params) => {
-            let (route, reach) = (route(), params.distance_max_m.get());
+            let (route, reach) = (route_of(scene), params.distance_max_m.get());
             let (mut min, mut max) = (route.start(), route.start());
             for p in route.vertices() {
                 min = Vec2::new(math::min(min.x, p.x), math::min(min.y, p.y));
