@@ -13,8 +13,8 @@
 //!                        metrics ──► results (CSV) ──► pictures
 //! ```
 //!
-//! **Data flows one way**, and a module imports only from those above it in this order: [`math`], [`quantity`], [`geometry`],
-//! [`rng`], [`clock`], [`choice`]; [`map`], [`robot`], [`observation`]; [`plan`]; [`world`]; [`trace`], [`episode`],
+//! **Data flows one way**, and a module imports only from those above it in this order: [`math`], [`settings`], [`geometry`],
+//! [`rng`], [`clock`]; [`map`], [`robot`], [`observation`]; [`plan`]; [`world`]; [`trace`], [`episode`],
 //! [`metrics`]; [`scenario`]; [`analysis`], [`results`], [`experiment`], [`comparison`], [`mod@paper`]; [`report`], [`cli`]. Planners never see the world: they
 //! meet in [`episode`] alone, through an [`observation::Observation`] and a [`geometry::Twist`].
 //!
@@ -53,7 +53,7 @@
 //! ```
 
 pub mod analysis;
-pub mod choice;
+
 pub mod cli;
 pub mod clock;
 pub mod comparison;
@@ -66,11 +66,11 @@ pub mod metrics;
 pub mod observation;
 pub mod paper;
 pub mod plan;
-pub mod quantity;
 pub mod report;
 pub mod results;
 pub mod rng;
 pub mod robot;
 pub mod scenario;
+pub mod settings;
 pub mod trace;
 pub mod world;

@@ -4,7 +4,7 @@ use crate::geometry::convex::{CORNERS_MAX, Polygon};
 use crate::geometry::outline::Body;
 use crate::geometry::{Pose, Twist, Vec2, direction};
 use crate::math;
-use crate::quantity::{Finite, NonNegative, Positive};
+use crate::settings::quantity::{Finite, NonNegative, Positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

@@ -9,8 +9,8 @@ use simrun::observation::Observation;
 use simrun::plan::global::GlobalChoice;
 use simrun::plan::local::{Decision, Guidance, LocalChoice, LocalPlanner};
 use simrun::plan::stack::{ComputeSpec, PlanningSpec, Replan, Stack, SubGoals};
-use simrun::quantity::NonNegative;
 use simrun::robot::Robot;
+use simrun::settings::quantity::NonNegative;
 use simrun::world::{Conditions, ObstacleKind, Scene, Shape, StaticMap, UnknownStatic};
 use std::sync::Arc;
 
@@ -85,8 +85,10 @@ fn a_planner_that_stands_is_stuck_after_half_a_minute() {
 
 #[test]
 fn a_planner_that_circles_times_out() {
-    let termination =
-        TerminationSpec { timeout_factor: simrun::quantity::Positive::new(2.0), ..TerminationSpec::default() };
+    let termination = TerminationSpec {
+        timeout_factor: simrun::settings::quantity::Positive::new(2.0),
+        ..TerminationSpec::default()
+    };
     let (outcome, runner) = run(&open_scene(), &mut scripted(|_, _| Twist { v: 0.8, omega: 1.0 }), &termination);
     assert_eq!(outcome, Outcome::Timeout);
     // 2 × 7 m at 1 m/s.
@@ -154,7 +156,7 @@ fn without_replanning_the_unknown_obstacle_is_hit_and_with_it_the_robot_goes_rou
 #[test]
 fn a_fixed_period_plans_again_and_again() {
     let every: Replan =
-        Replan::every(simrun::plan::stack::every::Params { period_s: simrun::quantity::Positive::new(2.0) });
+        Replan::every(simrun::plan::stack::every::Params { period_s: simrun::settings::quantity::Positive::new(2.0) });
     let (outcome, runner) = run(&open_scene(), &mut tracking(every), &TerminationSpec::default());
     assert_eq!(outcome, Outcome::Success);
     let ticks: Vec<u32> = runner.record.trace.paths.iter().map(|planned| planned.tick).collect();

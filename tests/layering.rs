@@ -6,13 +6,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The order of the house, ground first; a folder's own modules may name each other.
-const ORDER: [&str; 22] = [
+const ORDER: [&str; 21] = [
     "math",
-    "quantity",
+    "settings",
     "geometry",
     "rng",
     "clock",
-    "choice",
     "map",
     "robot",
     "observation",

@@ -15,7 +15,7 @@ use simrun::map::OccupancyGrid;
 use simrun::observation::{Belief, Observation, SensedObstacle};
 use simrun::plan::local::dwa::{Params, Planner};
 use simrun::plan::local::{Decision, Guidance, LocalPlanner};
-use simrun::quantity::Samples;
+use simrun::settings::quantity::Samples;
 use simrun::robot::Robot;
 use std::collections::HashMap;
 

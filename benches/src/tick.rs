@@ -13,7 +13,7 @@ use simrun::observation::Belief;
 use simrun::plan::global::{GlobalChoice, a_star};
 use simrun::plan::local::{LocalChoice, dwa};
 use simrun::plan::stack::{PlanningSpec, StackSpec};
-use simrun::quantity::{NonNegative, Positive, Samples};
+use simrun::settings::quantity::{NonNegative, Positive, Samples};
 use simrun::rng::EpisodeSeed;
 use simrun::robot::Robot;
 use simrun::scenario::ScenarioFile;

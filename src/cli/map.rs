@@ -5,7 +5,7 @@ use crate::map::connectivity::Components;
 use crate::map::file::{self, Format, Loaded};
 use crate::map::from_image::Params;
 use crate::map::ros::Unknown;
-use crate::quantity::Positive;
+use crate::settings::quantity::Positive;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]

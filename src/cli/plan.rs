@@ -1,7 +1,6 @@
 //! `simrun plan`: global planning alone, on a map file.
 
 use super::{Failure, say};
-use crate::choice::unknown_name;
 use crate::geometry::Path as Route;
 use crate::map::file;
 use crate::map::queries::{self, Query};
@@ -11,7 +10,8 @@ use crate::metrics::planned::planned_turns;
 use crate::plan::PlanningGrid;
 use crate::plan::global::{GlobalChoice, GlobalPlanner, Problem};
 use crate::plan::path::{PathChoice, PathStage};
-use crate::quantity::{NonNegative, Positive};
+use crate::settings::choice::unknown_name;
+use crate::settings::quantity::{NonNegative, Positive};
 use std::io::{self, Write};
 use std::path::PathBuf;
 

@@ -1,11 +1,11 @@
 //! `simrun planners`: what the registry holds.
 
 use super::{Failure, print};
-use crate::choice::unknown_name;
 use crate::plan::Entry;
 use crate::plan::global::GlobalChoice;
 use crate::plan::local::LocalChoice;
 use crate::plan::path::PathChoice;
+use crate::settings::choice::unknown_name;
 use schemars::Schema;
 use std::fmt::Write as _;
 

@@ -85,7 +85,7 @@ fn load(paper: &Paper, table: &paper::manifest::Table, episodes: Option<u32>) ->
         let known = experiment.stack_names();
         experiment.keep_stacks(&table.stacks).map_err(|unknown| {
             let known: Vec<&str> = known.iter().map(String::as_str).collect();
-            misfit(table, &crate::choice::unknown_name("stack", unknown, &known))
+            misfit(table, &crate::settings::choice::unknown_name("stack", unknown, &known))
         })?;
     }
     let stacks = experiment.stack_names();

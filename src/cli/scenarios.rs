@@ -39,7 +39,7 @@ impl Changes {
             let known = experiment.stack_names();
             experiment.keep_stacks(&self.stacks).map_err(|unknown| {
                 let known: Vec<&str> = known.iter().map(String::as_str).collect();
-                Failure::Usage(format!("error: {}", crate::choice::unknown_name("stack", unknown, &known)))
+                Failure::Usage(format!("error: {}", crate::settings::choice::unknown_name("stack", unknown, &known)))
             })?;
         }
         Ok(experiment)

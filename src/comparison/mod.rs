@@ -123,7 +123,7 @@ pub fn analyse(section: &Section, plan: &Plan) -> Result<Report, String> {
         None => 0,
         Some(name) => stacks.iter().position(|stack| stack.name == *name).ok_or_else(|| {
             let known: Vec<&str> = stacks.iter().map(|stack| stack.name.as_str()).collect();
-            crate::choice::unknown_name("stack", name, &known)
+            crate::settings::choice::unknown_name("stack", name, &known)
         })?,
     };
     let chosen: Vec<(usize, usize)> = if plan.all_pairs {

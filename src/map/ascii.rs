@@ -11,7 +11,7 @@
 
 use super::{Frame, MapError, OccupancyGrid, SIDE_MAX};
 use crate::geometry::Pose;
-use crate::quantity::{Finite, Positive};
+use crate::settings::quantity::{Finite, Positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};

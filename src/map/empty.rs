@@ -1,7 +1,7 @@
 //! A map without obstacles: nothing but its border.
 
 use super::OccupancyGrid;
-use crate::quantity::{Cells, Positive};
+use crate::settings::quantity::{Cells, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -10,7 +10,7 @@
 use super::ascii::Drawing;
 use super::ros::{self, RosMap, Unknown};
 use super::{Frame, MapError, OccupancyGrid, ascii, movingai};
-use crate::quantity::{Finite, Positive};
+use crate::settings::quantity::{Finite, Positive};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use std::path::{Path, PathBuf};
 

@@ -27,8 +27,8 @@
 use super::layout::{self, Joined};
 use super::random::MapSeed;
 use super::{MapError, OccupancyGrid};
-use crate::quantity::{Cells, Positive};
 use crate::rng::{EpisodeSeed, Purpose};
+use crate::settings::quantity::{Cells, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -10,7 +10,7 @@
 //! Intelligence and AI in Games 4(2), 2012.
 
 use super::{Cell, MapError, OccupancyGrid, SIDE_MAX};
-use crate::quantity::Positive;
+use crate::settings::quantity::Positive;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fs::File;

@@ -44,8 +44,8 @@
 use super::layout;
 use super::random::MapSeed;
 use super::{MapError, OccupancyGrid};
-use crate::quantity::{Fraction, Positive};
 use crate::rng::{EpisodeSeed, Purpose, Stream};
+use crate::settings::quantity::{Fraction, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

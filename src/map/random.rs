@@ -2,8 +2,8 @@
 
 use super::connectivity::Components;
 use super::{Cell, MapError, OccupancyGrid};
-use crate::quantity::{Cells, CountOrZero, Positive};
 use crate::rng::{EpisodeSeed, Purpose, Stream};
+use crate::settings::quantity::{Cells, CountOrZero, Positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

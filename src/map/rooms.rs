@@ -30,8 +30,8 @@
 use super::layout;
 use super::random::MapSeed;
 use super::{MapError, OccupancyGrid};
-use crate::quantity::{Cells, Fraction, Positive};
 use crate::rng::{EpisodeSeed, Purpose};
+use crate::settings::quantity::{Cells, Fraction, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -31,9 +31,9 @@
 //! bits meets a usual threshold exactly (0.65 · 255 = 165.75, 0.25 · 255 = 63.75, 0.196 · 255 = 49.98).
 
 use super::{Frame, MapError, OccupancyGrid, SIDE_MAX};
-use crate::choice::unknown_name;
 use crate::geometry::Pose;
-use crate::quantity::{Finite, Fraction, Positive};
+use crate::settings::choice::unknown_name;
+use crate::settings::quantity::{Finite, Fraction, Positive};
 use image::{DynamicImage, ImageBuffer, ImageFormat, ImageReader, Limits, Pixel};
 use schemars::JsonSchema;
 use serde::de::{Error, Unexpected, Visitor};

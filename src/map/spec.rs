@@ -3,9 +3,9 @@
 use super::{
     MapError, OccupancyGrid, ascii, empty, maze, movingai, port, random, rooms, ros, u_trap, warehouse, workshop,
 };
-use crate::choice::choice;
-use crate::quantity::Positive;
 use crate::rng::EpisodeSeed;
+use crate::settings::choice::choice;
+use crate::settings::quantity::Positive;
 use std::path::Path;
 
 choice! {

@@ -31,8 +31,8 @@
 
 use super::random::{self, MapSeed, Shape};
 use super::{Cell, MapError, OccupancyGrid};
-use crate::quantity::{Cells, CountOrZero, Fraction, Positive};
 use crate::rng::EpisodeSeed;
+use crate::settings::quantity::{Cells, CountOrZero, Fraction, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

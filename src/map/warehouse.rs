@@ -30,7 +30,7 @@
 
 use super::layout::{self, occupy};
 use super::{MapError, OccupancyGrid};
-use crate::quantity::{Count, CountOrZero, NonNegative, Positive};
+use crate::settings::quantity::{Count, CountOrZero, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

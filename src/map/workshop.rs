@@ -40,8 +40,8 @@
 use super::layout;
 use super::random::MapSeed;
 use super::{MapError, OccupancyGrid};
-use crate::quantity::{CountOrZero, Positive};
 use crate::rng::{EpisodeSeed, Purpose};
+use crate::settings::quantity::{CountOrZero, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -18,8 +18,8 @@ pub use shortest::{any_angle_m, shortest_m};
 
 use crate::geometry::Path;
 use crate::math;
-use crate::quantity::NonNegative;
 use crate::robot::Robot;
+use crate::settings::quantity::NonNegative;
 use crate::trace::{Trace, time_s};
 use crate::world::Scene;
 use schemars::JsonSchema;

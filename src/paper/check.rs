@@ -2,8 +2,8 @@
 
 use super::Paper;
 use super::manifest::{Place, Source, Test, range};
-use crate::choice::unknown_name;
 use crate::results::metric_columns;
+use crate::settings::choice::unknown_name;
 
 /// What a published number may say of its metric.
 const QUANTITIES: [&str; 5] = ["mean", "gain", "reduction", "reduction_percent", "rank"];

@@ -2,8 +2,8 @@
 //!
 //! `scenarios/papers/NAME.yaml` is read as a [`Manifest`]; its published numbers stand in a CSV beside it.
 
-use crate::choice::choice;
 use crate::scenario::Name;
+use crate::settings::choice::choice;
 use serde::Deserialize;
 
 /// A paper: what it says, what is run, what is asked of the results.

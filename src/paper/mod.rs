@@ -46,7 +46,7 @@ impl Paper {
                     "`{}` holds no papers; run it where the scenarios are, or name their folder with --papers",
                     folder.display()
                 ),
-                known => crate::choice::unknown_name("paper", name, known),
+                known => crate::settings::choice::unknown_name("paper", name, known),
             };
             if error.kind() == std::io::ErrorKind::NotFound {
                 which

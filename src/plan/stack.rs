@@ -15,13 +15,13 @@ use super::PlanningGrid;
 use super::global::{GlobalChoice, GlobalPlanner, PlanFailure, Problem, Search};
 use super::local::{Decision, Guidance, LocalChoice, LocalPlanner};
 use super::path::{PathChoice, PathStage};
-use crate::choice::choice;
 use crate::clock::Stopwatch;
 use crate::geometry::{Path, Piece, Vec2};
 use crate::map::Cell;
 use crate::math;
 use crate::observation::{Belief, Observation};
-use crate::quantity::{NonNegative, Positive};
+use crate::settings::choice::choice;
+use crate::settings::quantity::{NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

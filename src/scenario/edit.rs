@@ -9,7 +9,7 @@ use super::error::ScenarioError;
 use super::key_path::KeyPath;
 use super::schema::Place;
 use super::{explain, shape};
-use crate::choice::nearest;
+use crate::settings::choice::nearest;
 use serde_yaml::{Mapping, Value};
 
 /// A value to put at a place of the scenario's tree.

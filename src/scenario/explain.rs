@@ -6,7 +6,7 @@
 use super::error::ScenarioError;
 use super::key_path::{self, KeyPath, Step};
 use super::schema::Place;
-use crate::choice::nearest;
+use crate::settings::choice::nearest;
 use serde_json::Value as Json;
 use std::ops::Range;
 

@@ -40,8 +40,8 @@ use crate::episode::TerminationSpec;
 use crate::map::MapSpec;
 use crate::metrics::MetricsSpec;
 use crate::plan::stack::{PlanningSpec, StackSpec};
-use crate::quantity::Count;
 use crate::robot::{Limits, RobotSpec};
+use crate::settings::quantity::Count;
 use crate::world::SceneError;
 use crate::world::spec::{
     ActuationSpec, GoalSpec, LocalisationSpec, ObstaclesSpec, SceneSpec, ScriptEntry, SensingSpec, StartSpec,

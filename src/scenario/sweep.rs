@@ -16,8 +16,8 @@
 use super::error::ScenarioError;
 use super::key_path::KeyPath;
 use super::{Edit, Scenario, ScenarioFile};
-use crate::quantity::{Count, Finite};
 use crate::rng::{EpisodeSeed, Purpose};
+use crate::settings::quantity::{Count, Finite};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, MapAccess, Visitor};
 use serde::ser::SerializeMap;

@@ -3,9 +3,9 @@
 use super::DT_S;
 use super::spec::{ActuationSpec, Conditions};
 use crate::geometry::Twist;
-use crate::quantity::Fraction;
 use crate::rng::{Purpose, Stream};
 use crate::robot::Robot;
+use crate::settings::quantity::Fraction;
 
 /// What lies between a command and the ground.
 #[derive(Clone, Debug)]

@@ -29,9 +29,9 @@ use super::statics::{StaticMap, Statics};
 use crate::geometry::{Path, Pose, Vec2, direction};
 use crate::map::{Cell, OccupancyGrid};
 use crate::math;
-use crate::quantity::{CountOrZero, Finite, Fraction, NonNegative, Positive};
 use crate::rng::{EpisodeSeed, Purpose, Stream};
 use crate::robot::{OutlineCorners, Robot};
+use crate::settings::quantity::{CountOrZero, Finite, Fraction, NonNegative, Positive};
 use std::sync::Arc;
 
 /// Draws for one start and goal, one unknown static or one mover.

@@ -2,7 +2,7 @@
 
 use super::statics::Digest;
 use crate::geometry::Vec2;
-use crate::quantity::Fraction;
+use crate::settings::quantity::Fraction;
 
 /// Something that happens at the beginning of a tick, before the robot senses.
 #[derive(Clone, Copy, Debug, PartialEq)]

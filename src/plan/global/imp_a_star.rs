@@ -37,7 +37,7 @@ use super::{Entry, GlobalPlanner, PlanningGrid, Problem, Search};
 use crate::geometry::Vec2;
 use crate::map::Cell;
 use crate::math;
-use crate::quantity::Fraction;
+use crate::settings::quantity::Fraction;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

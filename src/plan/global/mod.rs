@@ -8,8 +8,8 @@ mod search;
 pub use search::{CornerRule, Heuristic};
 
 use super::{Entry, PlanningGrid};
-use crate::choice::choice;
 use crate::map::Cell;
+use crate::settings::choice::choice;
 
 /// Generates the modules, the choice and the table from one list of names.
 macro_rules! registry {

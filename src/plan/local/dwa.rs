@@ -39,7 +39,7 @@ use super::{Decision, Entry, Guidance, LocalPlanner};
 use crate::geometry::{Pose, Twist, Vec2};
 use crate::math;
 use crate::observation::Observation;
-use crate::quantity::NonNegative;
+use crate::settings::quantity::NonNegative;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -65,22 +65,22 @@ macro_rules! window_params {
         pub struct Params {
             $($(#[$doc])* pub $field: $type,)*
             /// Time predicted, s, rounded to whole control periods. Longer sees farther and admits less. Default 3.
-            pub horizon_s: $crate::quantity::Positive,
+            pub horizon_s: $crate::settings::quantity::Positive,
             /// Step between sampled speeds, m/s; without it `speed_samples` counts. The papers' scenarios use 0.01 to 0.02.
-            pub speed_step_mps: Option<$crate::quantity::Positive>,
+            pub speed_step_mps: Option<$crate::settings::quantity::Positive>,
             /// Step between sampled yaw rates, rad/s; without it `yaw_rate_samples` counts.
-            pub yaw_rate_step_radps: Option<$crate::quantity::Positive>,
+            pub yaw_rate_step_radps: Option<$crate::settings::quantity::Positive>,
             /// Sampled speeds, evenly over the window. A count fits the window of any robot and bounds the cost of a
             /// decision; more than a few change little. Default 11 (every 0.01 m/s at 0.5 m/s²).
-            pub speed_samples: $crate::quantity::Samples,
+            pub speed_samples: $crate::settings::quantity::Samples,
             /// Sampled yaw rates, evenly over the window. Default 21 (every 0.02 rad/s at 2 rad/s²).
-            pub yaw_rate_samples: $crate::quantity::Samples,
+            pub yaw_rate_samples: $crate::settings::quantity::Samples,
             /// How a rollout moves. Default `euler`.
             pub prediction: $crate::plan::local::window::Prediction,
             /// Where the clearance of a rollout is taken. Default `path_min`.
             pub dist_mode: $crate::plan::local::window::DistanceMode,
             /// Clearance above which a rollout is no better, m. Default 0.5.
-            pub d_cap_m: $crate::quantity::Positive,
+            pub d_cap_m: $crate::settings::quantity::Positive,
             /// Where the heading of a rollout is judged. Default `horizon`.
             pub heading_at: $crate::plan::local::dwa::HeadingAt,
             /// The distance in which the robot must be able to stop. Default `arc`.
@@ -91,13 +91,13 @@ macro_rules! window_params {
             /// come from. Default false.
             pub va_uses_clip: bool,
             /// Where it is cut, m; `d_cap_m` where absent.
-            pub va_clip_m: Option<$crate::quantity::Positive>,
+            pub va_clip_m: Option<$crate::settings::quantity::Positive>,
         }
 
         impl Default for Params {
             fn default() -> Self {
                 use $crate::plan::local::{dwa, window};
-                use $crate::quantity::{Positive, Samples};
+                use $crate::settings::quantity::{Positive, Samples};
                 Self {
                     $($field: $default,)*
                     horizon_s: Positive::new(3.0),
@@ -121,7 +121,7 @@ macro_rules! window_params {
             /// The settings of the window that these parameters describe.
             fn window(&self) -> $crate::plan::local::window::Settings {
                 use $crate::plan::local::window::{Settings, Spacing};
-                use $crate::quantity::{Positive, Samples};
+                use $crate::settings::quantity::{Positive, Samples};
                 let spacing = |step: Option<Positive>, samples: Samples| {
                     step.map_or(Spacing::Count(samples.get()), |step| Spacing::Step(step.get()))
                 };

@@ -32,7 +32,7 @@ use super::window::{DynamicWindow, Score};
 use super::{Decision, Entry, Guidance, LocalPlanner};
 use crate::math;
 use crate::observation::Observation;
-use crate::quantity::NonNegative;
+use crate::settings::quantity::NonNegative;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

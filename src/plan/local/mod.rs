@@ -4,11 +4,11 @@
 //! line in the registry below. The shared dynamic window is in `window`.
 
 use super::Entry;
-use crate::choice::choice;
 use crate::geometry::{Path, Twist, Vec2};
 use crate::math;
 use crate::observation::Observation;
 use crate::robot::Robot;
+use crate::settings::choice::choice;
 
 pub mod window;
 

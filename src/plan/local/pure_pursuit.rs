@@ -26,8 +26,8 @@ use super::{Decision, Entry, Guidance, LocalPlanner, turn_on_the_spot};
 use crate::geometry::{Path, Pose, Twist, Vec2};
 use crate::math;
 use crate::observation::Observation;
-use crate::quantity::Positive;
 use crate::robot::Robot;
+use crate::settings::quantity::Positive;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

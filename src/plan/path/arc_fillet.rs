@@ -27,7 +27,7 @@ use super::{Entry, PathStage, PlanningGrid};
 use crate::geometry::{Path, Piece, Rect, Vec2, cross};
 use crate::map::Cell;
 use crate::math;
-use crate::quantity::{NonNegative, Positive};
+use crate::settings::quantity::{NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -24,7 +24,7 @@
 
 use super::{Entry, PathStage, PlanningGrid};
 use crate::geometry::{Path, Piece, Vec2, point_segment_distance};
-use crate::quantity::NonNegative;
+use crate::settings::quantity::NonNegative;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -13,7 +13,7 @@
 
 use super::{Entry, PathStage, PlanningGrid};
 use crate::geometry::{Path, Piece, Vec2};
-use crate::quantity::NonNegative;
+use crate::settings::quantity::NonNegative;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,8 +1,8 @@
 //! Path stages: they prune or smooth what a global planner found. One file per stage.
 
 use super::{Entry, PlanningGrid};
-use crate::choice::choice;
 use crate::geometry::Path;
+use crate::settings::choice::choice;
 
 macro_rules! registry {
     ($($module:ident),+ $(,)?) => {

@@ -14,8 +14,8 @@ pub use script::{EventChoice, ScriptEntry};
 pub use sensing::{ActuationSpec, Conditions, LidarSpec, LocalisationSpec, SensingSpec};
 
 use super::{Recording, SceneError};
-use crate::choice::choice;
-use crate::quantity::{Finite, NonNegative, Positive};
+use crate::settings::choice::choice;
+use crate::settings::quantity::{Finite, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -178,7 +178,7 @@ pub mod placement {
     /// With the centre on the reference route.
     pub mod on_route {
         use super::*;
-        use crate::quantity::Fraction;
+        use crate::settings::quantity::Fraction;
 
         /// Parameters of the placement on the route.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -224,7 +224,7 @@ pub mod unknown_static {
     /// Obstacles at random places, each from its own random stream.
     pub mod random {
         use super::*;
-        use crate::quantity::CountOrZero;
+        use crate::settings::quantity::CountOrZero;
 
         /// Parameters of obstacles at random places.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

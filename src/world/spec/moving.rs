@@ -1,8 +1,8 @@
 //! Obstacles that move: discs, or convex outlines that keep their heading.
 
 use super::*;
-use crate::quantity::{CountOrZero, Fraction};
 use crate::robot::OutlineCorners;
+use crate::settings::quantity::{CountOrZero, Fraction};
 use std::path::PathBuf;
 
 choice! {

@@ -1,6 +1,6 @@
 //! Start and goal: `random`, a place in the world frame, or a cell.
 
-use crate::quantity::{CountOrZero, Finite, NonNegative};
+use crate::settings::quantity::{CountOrZero, Finite, NonNegative};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Error, MapAccess, SeqAccess, Visitor};
 use serde::ser::SerializeMap;
@@ -77,7 +77,7 @@ impl<'de> Visitor<'de> for Reader {
     fn visit_str<E: Error>(self, name: &str) -> Result<StartSpec, E> {
         match name {
             "random" => Ok(StartSpec::default()),
-            _ => Err(E::custom(crate::choice::unknown_name(self.what, name, NAMES))),
+            _ => Err(E::custom(crate::settings::choice::unknown_name(self.what, name, NAMES))),
         }
     }
 
@@ -86,9 +86,9 @@ impl<'de> Visitor<'de> for Reader {
             return Err(A::Error::invalid_length(0, &self));
         };
         let place = match name.as_str() {
-            "random" => StartSpec::Random(crate::choice::value(&mut map)?),
+            "random" => StartSpec::Random(crate::settings::choice::value(&mut map)?),
             "cell" => StartSpec::Cell(map.next_value()?),
-            _ => return Err(A::Error::custom(crate::choice::unknown_name(self.what, &name, NAMES))),
+            _ => return Err(A::Error::custom(crate::settings::choice::unknown_name(self.what, &name, NAMES))),
         };
         match map.next_key::<String>()? {
             None => Ok(place),

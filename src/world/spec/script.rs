@@ -1,8 +1,8 @@
 //! What a scenario's script says: timed events.
 
 use super::ShapeChoice;
-use crate::choice::choice;
-use crate::quantity::{CountOrZero, Finite, Fraction, NonNegative, Positive};
+use crate::settings::choice::choice;
+use crate::settings::quantity::{CountOrZero, Finite, Fraction, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! What a scenario says about how well the robot perceives and obeys: sensing, localisation, actuation.
 
-use crate::quantity::{CountOrZero, Fraction, NonNegative, Positive, Rays};
 use crate::rng::EpisodeSeed;
+use crate::settings::quantity::{CountOrZero, Fraction, NonNegative, Positive, Rays};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

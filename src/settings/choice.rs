@@ -95,8 +95,8 @@ macro_rules! choice {
                     }
                     fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<$Name, E> {
                         match name {
-                            $(stringify!($module) => Ok($Name::$module($crate::choice::defaults()?)),)+
-                            _ => Err(E::custom($crate::choice::unknown_name($what, name, $Name::NAMES))),
+                            $(stringify!($module) => Ok($Name::$module($crate::settings::choice::defaults()?)),)+
+                            _ => Err(E::custom($crate::settings::choice::unknown_name($what, name, $Name::NAMES))),
                         }
                     }
                     fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<$Name, A::Error> {
@@ -105,8 +105,8 @@ macro_rules! choice {
                             return Err(A::Error::custom(concat!("expected the name of a ", $what)));
                         };
                         let choice = match name.as_str() {
-                            $(stringify!($module) => $Name::$module($crate::choice::value(&mut map)?),)+
-                            _ => return Err(A::Error::custom($crate::choice::unknown_name($what, &name, $Name::NAMES))),
+                            $(stringify!($module) => $Name::$module($crate::settings::choice::value(&mut map)?),)+
+                            _ => return Err(A::Error::custom($crate::settings::choice::unknown_name($what, &name, $Name::NAMES))),
                         };
                         match map.next_key::<String>()? {
                             None => Ok(choice),

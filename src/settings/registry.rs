@@ -1,0 +1,29 @@
+//! The registry of one kind of thing: from a list of modules to everything that must agree with that list.
+
+/// Declares one module for each name, the choice between them, and the table of what each is and does.
+///
+/// `registry! { /// docs  pub enum Name: "what errors call it", Entry, dyn Behaviour { module, … } }`
+///
+/// Each module is a file that holds `Params` (which implements the trait `Behaviour`) and `ENTRY` (of the type `Entry`,
+/// with a `summary`).
+macro_rules! registry {
+    ($(#[$doc:meta])* $vis:vis enum $Name:ident: $what:literal, $Entry:ty, dyn $Behaviour:path { $($module:ident),+ $(,)? }) => {
+        $(pub mod $module;)+
+
+        $crate::settings::choice::choice! {
+            $(#[$doc])*
+            $vis enum $Name: $what { $($module),+ }
+        }
+
+        impl $Name {
+            /// What the registry says of each kind, in the order of [`Self::NAMES`].
+            pub const ENTRIES: &'static [$Entry] = &[$($module::ENTRY),+];
+
+            /// What the chosen kind does.
+            pub fn kind(&self) -> &dyn $Behaviour {
+                match self { $(Self::$module(params) => params),+ }
+            }
+        }
+    };
+}
+pub(crate) use registry;
