@@ -4,12 +4,11 @@
 
 #![expect(clippy::print_stdout, reason = "an example shows its result")]
 
-use simrun::episode::{DT_S, Runner, TerminationSpec};
+use simrun::episode::{DT_S, Runner, Setting, TerminationSpec};
 use simrun::geometry::Twist;
 use simrun::map::OccupancyGrid;
-use simrun::observation::Observation;
+use simrun::plan::contract::{Decision, Failure, Guidance, LocalPlanner, Situation};
 use simrun::plan::global::GlobalChoice;
-use simrun::plan::local::{Decision, Guidance, LocalPlanner};
 use simrun::plan::stack::{PlanningSpec, Stack};
 use simrun::rng::EpisodeSeed;
 use simrun::robot::Robot;
@@ -24,11 +23,11 @@ struct TurnAndDrive {
 }
 
 impl LocalPlanner for TurnAndDrive {
-    fn decide(&mut self, observation: &Observation<'_>, guidance: &Guidance<'_>) -> Decision {
-        let bearing = observation.pose.bearing_to(guidance.sub_goal);
+    fn decide(&mut self, situation: &Situation<'_>, guidance: &Guidance<'_>) -> Result<Decision, Failure> {
+        let bearing = situation.pose.bearing_to(guidance.sub_goal);
         let alignment = if bearing.abs() < 1.0 { 1.0 - bearing.abs() } else { 0.0 };
-        let command = Twist { v: observation.robot.speed_max_mps * alignment, omega: self.gain * bearing };
-        Decision::track(command)
+        let command = Twist { v: situation.robot.speed_max_mps * alignment, omega: self.gain * bearing };
+        Ok(Decision::track(command))
     }
 }
 
@@ -52,11 +51,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let global = GlobalChoice::by_name("a_star")?.build();
 
     let mut stack = Stack::new(Some(global), Vec::new(), Box::new(TurnAndDrive { gain: 1.5 }));
+    let (conditions, termination) = (Conditions::default(), TerminationSpec::default());
     let mut runner = Runner::default();
     for episode in 0..5 {
         let seed = EpisodeSeed { seed: 1, episode };
         let scene = Scene::generate(&SceneSpec::default(), &map, &robot, inflation_m, seed)?;
-        let outcome = runner.run(&scene, &robot, &Conditions::default(), &TerminationSpec::default(), &mut stack);
+        let setting = Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination };
+        let outcome = runner.run(setting, &mut stack);
         let time_s = (runner.record.trace.ticks.len() - 1) as f64 * DT_S;
         println!("episode {episode}: {} after {time_s:.1} s", outcome.name());
     }

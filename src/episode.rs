@@ -1,13 +1,13 @@
 //! One episode: the tick loop. The only place where planners and the world meet.
 
 use crate::clock::Stopwatch;
-use crate::geometry::Pose;
-use crate::observation::{Belief, Observation, SensedObstacle};
-use crate::plan::local::{Decision, Mode};
+use crate::geometry::{Pose, Vec2};
+use crate::observation::{Belief, SensedObstacle};
+use crate::plan::contract::{Decision, Failure, Randomness, Situation, StateKind};
 use crate::plan::stack::Stack;
 use crate::robot::Robot;
 use crate::settings::quantity::{NonNegative, Positive};
-use crate::trace::{MoverState, PlannedPath, Tick, Trace};
+use crate::trace::{Detail, MoverState, PlannedPath, Tick, Trace};
 use crate::world::{Conditions, ObstacleKind, Scene, World};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -36,9 +36,9 @@ pub enum Outcome {
         /// What the planner said.
         message: String,
     },
-    /// A panic, a value that is not a number, or an endless loop in a planner, caught.
+    /// A planner's own fault: it said so, panicked, or gave an answer that cannot be.
     PlannerError {
-        /// What it said.
+        /// Which planner, and what it said.
         message: String,
     },
     /// No feasible world was found within the bound of the generator; left out of rates.
@@ -112,6 +112,11 @@ impl TerminationSpec {
             self.timeout_s.map_or(self.timeout_factor.get() * straight_m / robot.speed_max_mps, Positive::get);
         ((timeout_s / DT_S).ceil().clamp(1.0, DAY_S / DT_S)) as u32
     }
+
+    /// Whether the robot is at its goal.
+    fn is_reached(&self, world: &World<'_>) -> bool {
+        (world.goal() - world.pose().position).norm() <= self.goal_tolerance_m.get()
+    }
 }
 
 /// Wall time that an episode took; for `timings.csv` alone.
@@ -132,6 +137,8 @@ pub struct Timings {
 pub struct Runner {
     sensed: Vec<SensedObstacle>,
     belief: Option<Belief>,
+    /// Whether what is sensed and believed is recorded as well.
+    records_in_full: bool,
     /// The last episode.
     pub record: Record,
 }
@@ -141,98 +148,124 @@ pub struct Runner {
 pub struct Record {
     /// What happened.
     pub trace: Trace,
+    /// What was sensed and believed, where that is recorded.
+    pub detail: Option<Detail>,
     /// How long it took.
     pub timings: Timings,
 }
 
+/// An episode recorded in full: all that pictures, reports and bags are made from.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// The world in which the robot drove.
+    pub scene: Scene,
+    /// The robot.
+    pub robot: Robot,
+    /// Control period, s.
+    pub dt_s: f64,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// What happened; it holds the paths with the tick at which each came into force, the scans, states and numbers.
+    pub trace: Trace,
+    /// What was sensed and believed.
+    pub detail: Detail,
+}
+
+/// Where an episode takes place, and by which rules.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting<'a> {
+    /// The world.
+    pub scene: &'a Scene,
+    /// The robot.
+    pub robot: &'a Robot,
+    /// Seed, sensing, localisation and actuation.
+    pub conditions: &'a Conditions,
+    /// When it ends.
+    pub termination: &'a TerminationSpec,
+}
+
 impl Runner {
-    /// Drives the robot through `scene` with `stack` until the episode ends. A panic in a planner
+    /// A runner that records what is sensed and believed as well ([`Record::detail`]).
+    pub fn in_full() -> Self {
+        Self { records_in_full: true, ..Self::default() }
+    }
+
+    /// Drives the robot through a scene with `stack` until the episode ends. A panic in a planner
     /// is an outcome; the stack must then be dropped, for its state is undefined.
-    pub fn run(
-        &mut self,
-        scene: &Scene,
-        robot: &Robot,
-        conditions: &Conditions,
-        termination: &TerminationSpec,
-        stack: &mut Stack,
-    ) -> Outcome {
-        self.record.begin(scene);
-        let episode = AssertUnwindSafe(|| self.drive(scene, robot, conditions, termination, stack));
-        catch_unwind(episode).unwrap_or_else(|panic| {
+    pub fn run(&mut self, setting: Setting<'_>, stack: &mut Stack) -> Outcome {
+        self.record.begin(setting.scene, self.records_in_full);
+        let episode = AssertUnwindSafe(|| self.drive(setting, stack));
+        let outcome = catch_unwind(episode).unwrap_or_else(|panic| {
             let message = panic
                 .downcast_ref::<&str>()
                 .map(|text| (*text).to_owned())
                 .or_else(|| panic.downcast_ref::<String>().cloned())
                 .unwrap_or_else(|| "a panic without a message".to_owned());
             Outcome::PlannerError { message }
-        })
+        });
+        match (outcome, stack.acting()) {
+            (Outcome::PlannerError { message }, Some(part)) => {
+                Outcome::PlannerError { message: format!("{}: {message}", part.name()) }
+            }
+            (outcome, _) => outcome,
+        }
     }
 
-    fn drive(
-        &mut self,
-        scene: &Scene,
-        robot: &Robot,
-        conditions: &Conditions,
-        termination: &TerminationSpec,
-        stack: &mut Stack,
-    ) -> Outcome {
-        let Self { sensed, belief, record } = self;
+    fn drive(&mut self, setting: Setting<'_>, stack: &mut Stack) -> Outcome {
+        let Setting { scene, robot, conditions, termination } = setting;
+        let Self { sensed, belief, record, .. } = self;
         let clock = Stopwatch::start();
         let mut world = World::new(scene, robot, conditions);
         let (grid, field) = (&scene.map.grid, &scene.map.field);
         let belief = belief.get_or_insert_with(|| Belief::new(grid, field));
         belief.begin(grid, field);
+        record.trace.note_names = stack.local_entry().notes;
         record.timings.world_s = clock.elapsed_s();
 
-        let tick_max = termination.tick_max(scene, robot);
-        let goal_tolerance_m = termination.goal_tolerance_m.get();
-        let stuck_ticks = (termination.stuck_after_s.get() / DT_S).ceil() as u32;
-        let mut anchor = (scene.start.position, 0u32);
-
-        for tick in 0..tick_max {
+        let mut stuck = StuckWatch::new(scene.start.position, termination);
+        for tick in 0..termination.tick_max(scene, robot) {
             world.sense(belief, sensed);
-            if let Some(scan) = world.scan() {
-                record.trace.ray_count = scan.ranges_m.len();
-                record.trace.ranges_m.extend_from_slice(scan.ranges_m);
-            }
-            let observation = Observation {
+            record.note_senses(tick, &world, belief, sensed);
+            let situation = Situation {
                 tick,
                 dt_s: DT_S,
                 pose: world.believed_pose(),
                 twist: world.odometry(),
+                robot,
                 belief,
                 obstacles: sensed,
                 scan: world.scan(),
                 goal: world.goal(),
-                robot,
+                random: Randomness::new(conditions.seed, tick),
+                budget: stack.budget(),
             };
             if tick == 0 {
-                let planned = stack.begin(&observation);
+                let planned = stack.begin(&situation);
                 record.note_effort(stack);
                 record.note_path(tick, stack);
                 record.push_start(&world, stack, sensed.len());
-                if let Err(failure) = planned {
-                    return Outcome::NoPath { message: failure.to_string() };
+                match planned {
+                    Err(Failure::Fault(message)) => return Outcome::PlannerError { message },
+                    Err(failure) => return Outcome::NoPath { message: failure.to_string() },
+                    Ok(()) => {}
                 }
-                if (world.goal() - scene.start.position).norm() <= goal_tolerance_m {
+                if termination.is_reached(&world) {
                     return Outcome::Success;
                 }
             }
 
             let (clock, global_before_s) = (Stopwatch::start(), stack.global_s());
-            let decision = stack.decide(&observation);
+            let decision = match stack.decide(&situation) {
+                Ok(decision) => decision,
+                Err(failure) => return Outcome::PlannerError { message: failure.to_string() },
+            };
             record.timings.local_s.push(clock.elapsed_s() - (stack.global_s() - global_before_s));
-            assert!(
-                decision.command.v.is_finite() && decision.command.omega.is_finite(),
-                "the local planner asked for a twist that is not finite: {:?}",
-                decision.command
-            );
             record.note_effort(stack);
             record.note_path(tick, stack);
             record.trace.rollouts += decision.rollouts;
-            record.trace.recoveries += u32::from(decision.mode == Mode::Recover);
+            record.trace.recoveries += u32::from(decision.state.kind == StateKind::Recovering);
 
-            let believed = observation.pose;
+            let believed = situation.pose;
             let clock = Stopwatch::start();
             let step = world.step(decision.command);
             record.timings.physics_s += clock.elapsed_s();
@@ -241,14 +274,10 @@ impl Runner {
             if let Some(contact) = step.contact {
                 return Outcome::Collision { with: contact.with, at_rest: contact.at_rest };
             }
-            let position = world.pose().position;
-            if (world.goal() - position).norm() <= goal_tolerance_m {
+            if termination.is_reached(&world) {
                 return Outcome::Success;
             }
-            // A robot that waits for its path is not stuck.
-            if stack.is_planning() || (position - anchor.0).norm() > termination.stuck_radius_m.get() {
-                anchor = (position, tick + 1);
-            } else if tick + 1 - anchor.1 >= stuck_ticks {
+            if stuck.is_stuck(world.pose().position, tick + 1, stack.is_waiting()) {
                 return Outcome::Stuck;
             }
         }
@@ -256,12 +285,46 @@ impl Runner {
     }
 }
 
+/// Watches whether the robot comes forward.
+struct StuckWatch {
+    /// Where and when it last counted as moving.
+    anchor: (Vec2, u32),
+    radius_m: f64,
+    ticks: u32,
+}
+
+impl StuckWatch {
+    fn new(start: Vec2, termination: &TerminationSpec) -> Self {
+        let ticks = (termination.stuck_after_s.get() / DT_S).ceil() as u32;
+        Self { anchor: (start, 0), radius_m: termination.stuck_radius_m.get(), ticks }
+    }
+
+    /// Whether the robot has stayed where it was for too long by `tick`; a robot that waits on purpose or for its path is not stuck.
+    fn is_stuck(&mut self, position: Vec2, tick: u32, is_waiting: bool) -> bool {
+        if is_waiting || (position - self.anchor.0).norm() > self.radius_m {
+            self.anchor = (position, tick);
+        }
+        tick - self.anchor.1 >= self.ticks
+    }
+}
+
 impl Record {
-    fn begin(&mut self, scene: &Scene) {
+    fn begin(&mut self, scene: &Scene, in_full: bool) {
         self.trace.clear(scene.movers.len());
+        self.detail = in_full.then(Detail::default);
         let mut local_s = core::mem::take(&mut self.timings.local_s);
         local_s.clear();
         self.timings = Timings { local_s, ..Timings::default() };
+    }
+
+    fn note_senses(&mut self, tick: u32, world: &World<'_>, belief: &Belief, sensed: &[SensedObstacle]) {
+        if let Some(scan) = world.scan() {
+            self.trace.ray_count = scan.ranges_m.len();
+            self.trace.ranges_m.extend_from_slice(scan.ranges_m);
+        }
+        if let Some(detail) = &mut self.detail {
+            detail.note(tick, belief, sensed);
+        }
     }
 
     fn note_effort(&mut self, stack: &Stack) {
@@ -302,7 +365,7 @@ impl Record {
             believed,
             twist: world.twist(),
             command: decision.command,
-            mode: decision.mode,
+            state: decision.state,
             sub_goal: if has_path { stack.sub_goal() } else { pose.position },
             clearance_m: world.clearance_m(),
             clearance_low_m,
@@ -310,6 +373,9 @@ impl Record {
             sensed_movers: sensed as u32,
             seen_statics: world.seen_statics(),
         });
+        if !self.trace.note_names.is_empty() {
+            self.trace.notes.push(decision.notes);
+        }
         self.trace.movers.extend(world.movers().iter().map(|mover| MoverState {
             position: mover.position,
             velocity: mover.velocity,

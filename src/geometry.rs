@@ -1,11 +1,16 @@
-//! Plain values of the plane: points, poses, twists, segments, paths of lines and arcs.
+//! Plain values of the plane: points, poses, twists, rectangles; paths of lines, arcs and curves.
 //!
 //! Metres and radians; x forward/east, y left/north, angles counter-clockwise from +x.
 
 pub mod convex;
+pub mod curve;
 pub mod outline;
+mod path;
+
+pub use path::{KeyNode, Path, Piece};
 
 use crate::math;
+use serde::{Deserialize, Serialize};
 
 /// A point or a displacement, in metres.
 pub type Vec2 = nalgebra::Vector2<f64>;
@@ -29,7 +34,7 @@ pub fn cross(a: Vec2, b: Vec2) -> f64 {
 }
 
 /// Where a body is and which way it points.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Position, metres.
     pub position: Vec2,
@@ -65,7 +70,7 @@ impl Pose {
 }
 
 /// Velocity of a differential drive in its own frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Twist {
     /// Forward speed, m/s.
     pub v: f64,
@@ -131,168 +136,6 @@ impl Rect {
     }
 }
 
-/// One piece of a [`Path`]; it begins where the piece before it ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Piece {
-    /// A straight line to `to`.
-    Line {
-        /// End point.
-        to: Vec2,
-    },
-    /// A circular arc to `to`.
-    Arc {
-        /// End point.
-        to: Vec2,
-        /// Centre of the circle.
-        centre: Vec2,
-        /// Signed turn from beginning to end, radians; positive counter-clockwise.
-        sweep: f64,
-    },
-}
-
-impl Piece {
-    /// End point of the piece.
-    pub fn end(&self) -> Vec2 {
-        match *self {
-            Self::Line { to } | Self::Arc { to, .. } => to,
-        }
-    }
-
-    /// Length of the piece that begins at `from`, metres.
-    pub fn length(&self, from: Vec2) -> f64 {
-        match *self {
-            Self::Line { to } => (to - from).norm(),
-            Self::Arc { centre, sweep, .. } => (from - centre).norm() * sweep.abs(),
-        }
-    }
-
-    /// The arc length at which the piece that begins at `from` comes nearest to `p`.
-    pub fn project(&self, from: Vec2, p: Vec2) -> f64 {
-        match *self {
-            Self::Line { to } => (closest_on_segment(p, from, to) - from).norm(),
-            Self::Arc { to, centre, sweep } => {
-                let (r, q) = (from - centre, p - centre);
-                // The turn from the beginning to p, in the sweep's own sense.
-                let mut turn = math::atan2(cross(r, q), r.dot(&q));
-                if turn * sweep < 0.0 {
-                    turn += if sweep > 0.0 { math::TAU } else { -math::TAU };
-                }
-                if turn.abs() <= sweep.abs() {
-                    r.norm() * turn.abs()
-                } else if (p - from).norm() <= (p - to).norm() {
-                    0.0
-                } else {
-                    self.length(from)
-                }
-            }
-        }
-    }
-
-    /// The point at arc length `s` (0 to the length) of the piece that begins at `from`.
-    pub fn point_at(&self, from: Vec2, s: f64) -> Vec2 {
-        let length = self.length(from);
-        if length == 0.0 {
-            return from;
-        }
-        let share = math::clamp(s / length, 0.0, 1.0);
-        match *self {
-            Self::Line { to } => from + (to - from) * share,
-            Self::Arc { centre, sweep, .. } => {
-                let (sin, cos) = math::sin_cos(sweep * share);
-                let r = from - centre;
-                centre + Vec2::new(cos * r.x - sin * r.y, sin * r.x + cos * r.y)
-            }
-        }
-    }
-}
-
-/// A continuous path of lines and arcs, kept as geometry with exact lengths.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Path {
-    start: Vec2,
-    pieces: Vec<Piece>,
-}
-
-impl Path {
-    /// The polyline through `vertices`; empty where there are none, a single point where there is one.
-    pub fn polyline(vertices: &[Vec2]) -> Self {
-        let start = vertices.first().copied().unwrap_or_default();
-        let pieces = vertices.iter().skip(1).map(|&to| Piece::Line { to }).collect();
-        Self { start, pieces }
-    }
-
-    /// A path from its beginning and its pieces.
-    pub fn new(start: Vec2, pieces: Vec<Piece>) -> Self {
-        Self { start, pieces }
-    }
-
-    /// Where the path begins.
-    pub fn start(&self) -> Vec2 {
-        self.start
-    }
-
-    /// Where the path ends.
-    pub fn end(&self) -> Vec2 {
-        self.pieces.last().map_or(self.start, Piece::end)
-    }
-
-    /// The pieces in order.
-    pub fn pieces(&self) -> &[Piece] {
-        &self.pieces
-    }
-
-    /// Beginning and ends of all pieces, in order: start, interior vertices, goal.
-    pub fn vertices(&self) -> impl Iterator<Item = Vec2> + '_ {
-        core::iter::once(self.start).chain(self.pieces.iter().map(Piece::end))
-    }
-
-    /// Each piece with the point where it begins.
-    pub fn segments(&self) -> impl Iterator<Item = (Vec2, &Piece)> + '_ {
-        self.vertices().zip(&self.pieces)
-    }
-
-    /// Length in metres.
-    pub fn length(&self) -> f64 {
-        self.segments().map(|(from, piece)| piece.length(from)).sum()
-    }
-
-    /// The point at arc length `s`, clamped to the ends.
-    pub fn point_at(&self, s: f64) -> Vec2 {
-        let mut left = math::max(s, 0.0);
-        for (from, piece) in self.segments() {
-            let length = piece.length(from);
-            if left <= length {
-                return piece.point_at(from, left);
-            }
-            left -= length;
-        }
-        self.end()
-    }
-
-    /// The arc length at which the path comes nearest to `p`, and that distance; the first of equals.
-    pub fn project(&self, p: Vec2) -> (f64, f64) {
-        self.project_within(p, 0.0, f64::INFINITY)
-    }
-
-    /// The same for the pieces that reach into the arc lengths from `from_m` to `to_m` alone.
-    pub fn project_within(&self, p: Vec2, from_m: f64, to_m: f64) -> (f64, f64) {
-        let mut best = (0.0, f64::INFINITY);
-        let mut s = 0.0;
-        for (from, piece) in self.segments() {
-            let length = piece.length(from);
-            if s + length >= from_m && s <= to_m {
-                let along = piece.project(from, p);
-                let distance = (p - piece.point_at(from, along)).norm();
-                if distance < best.1 {
-                    best = (s + along, distance);
-                }
-            }
-            s += length;
-        }
-        if best.1.is_finite() { best } else { (s, (p - self.end()).norm()) }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -323,21 +166,5 @@ mod tests {
         assert!(close(rect.signed_distance(Vec2::new(5.0, 5.0)), 5.0)); // 3-4-5
         assert!(close(rect.signed_distance(Vec2::new(1.0, 0.25)), -0.25));
         assert!(close(rect.signed_distance(Vec2::new(1.0, 3.0)), 2.0));
-    }
-
-    #[test]
-    fn lines_and_arcs_have_exact_lengths() {
-        let path = Path::new(
-            Vec2::new(0.0, 0.0),
-            vec![
-                Piece::Line { to: Vec2::new(2.0, 0.0) },
-                Piece::Arc { to: Vec2::new(3.0, 1.0), centre: Vec2::new(2.0, 1.0), sweep: math::FRAC_PI_2 },
-            ],
-        );
-        assert!(close(path.length(), 2.0 + math::FRAC_PI_2));
-        let middle = path.point_at(2.0 + math::FRAC_PI_2 / 2.0);
-        assert!(close((middle - Vec2::new(2.0, 1.0)).norm(), 1.0));
-        let (s, d) = path.project(Vec2::new(2.0 + 2.0 * math::cos(-0.3), 1.0 + 2.0 * math::sin(-0.3)));
-        assert!(close(s, 2.0 + math::FRAC_PI_2 - 0.3) && close(d, 1.0), "{s} {d}");
     }
 }

@@ -1,14 +1,15 @@
-//! All that a planner may know at a tick. Nothing else exists for it.
+//! What a robot can know of its world: the map as it believes it, the movers that it senses, what its scanner measured.
 
 use crate::geometry::outline::Outline;
-use crate::geometry::{Pose, Rect, Twist, Vec2};
+use crate::geometry::{Rect, Vec2};
 use crate::map::{Cell, DistanceField, OccupancyGrid};
-use crate::robot::Robot;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// The map as the robot believes it: the known map plus the unknown statics seen so far. It shares the known map with
 /// others until it differs from it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(from = "BeliefBytes", into = "BeliefBytes")]
 pub struct Belief {
     known: (Arc<OccupancyGrid>, Arc<DistanceField>),
     /// What is believed where that differs from the known map; kept for its memory where not.
@@ -121,6 +122,43 @@ impl Belief {
     }
 }
 
+impl PartialEq for Belief {
+    fn eq(&self, other: &Self) -> bool {
+        let parts = |belief: &Self| (belief.revision, belief.differs);
+        parts(self) == parts(other) && self.known.0 == other.known.0 && self.added == other.added
+    }
+}
+
+/// A belief as it is written: what follows from the rest is left out.
+#[derive(Serialize, Deserialize)]
+struct BeliefBytes {
+    known: OccupancyGrid,
+    added: Vec<Cell>,
+    differs: bool,
+    revision: u64,
+}
+
+impl From<Belief> for BeliefBytes {
+    fn from(belief: Belief) -> Self {
+        let Belief { known, differs, revision, added, .. } = belief;
+        Self { known: OccupancyGrid::clone(&known.0), added, differs, revision }
+    }
+}
+
+impl From<BeliefBytes> for Belief {
+    fn from(bytes: BeliefBytes) -> Self {
+        let mut belief = Self::from(&bytes.known);
+        if bytes.differs {
+            let (grid, field) = belief.own();
+            for &cell in bytes.added.iter().filter(|&&cell| bytes.known.contains(cell)) {
+                grid.set_occupied(cell);
+            }
+            *field = DistanceField::new(grid);
+        }
+        Self { added: bytes.added, revision: bytes.revision, ..belief }
+    }
+}
+
 impl From<&OccupancyGrid> for Belief {
     /// The belief before anything was seen, of a map whose distance field is worked out for it.
     fn from(grid: &OccupancyGrid) -> Self {
@@ -129,8 +167,10 @@ impl From<&OccupancyGrid> for Belief {
 }
 
 /// A moving obstacle as sensed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensedObstacle {
+    /// Which one it is: the same number for the same obstacle from tick to tick, that of the mover in the scene.
+    pub id: u32,
     /// Centre, grid frame, metres.
     pub position: Vec2,
     /// Velocity, m/s.
@@ -141,8 +181,8 @@ pub struct SensedObstacle {
 
 impl SensedObstacle {
     /// A disc.
-    pub fn disc(position: Vec2, velocity: Vec2, radius_m: f64) -> Self {
-        Self { position, velocity, outline: Outline::disc(radius_m) }
+    pub fn disc(id: u32, position: Vec2, velocity: Vec2, radius_m: f64) -> Self {
+        Self { id, position, velocity, outline: Outline::disc(radius_m) }
     }
 
     /// Radius of the smallest disc about its centre that holds it, m.
@@ -160,34 +200,4 @@ pub struct Scan<'a> {
     pub bearing_step_rad: f64,
     /// Distance along each ray, m; infinity where nothing came back.
     pub ranges_m: &'a [f64],
-}
-
-/// What the robot knows at one tick. Positions are in the grid frame (origin at the map's lower left corner).
-#[derive(Clone, Copy, Debug)]
-pub struct Observation<'a> {
-    /// The tick, counted from 0; time is `tick * dt_s`.
-    pub tick: u32,
-    /// Control period, s.
-    pub dt_s: f64,
-    /// Own pose as believed.
-    pub pose: Pose,
-    /// Own twist as believed.
-    pub twist: Twist,
-    /// The map as believed.
-    pub belief: &'a Belief,
-    /// Moving obstacles in sensor range, in the order of the scenario.
-    pub obstacles: &'a [SensedObstacle],
-    /// What the scanner measured, if the robot has one.
-    pub scan: Option<Scan<'a>>,
-    /// Where the robot is to go.
-    pub goal: Vec2,
-    /// The robot itself: footprint and limits.
-    pub robot: &'a Robot,
-}
-
-impl Observation<'_> {
-    /// Simulated time since `tick`, s.
-    pub fn time_since_s(&self, tick: u32) -> f64 {
-        f64::from(self.tick - tick) * self.dt_s
-    }
 }

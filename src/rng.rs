@@ -10,6 +10,7 @@
 use crate::math;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use serde::{Deserialize, Serialize};
 
 /// What a random stream is for. The numbers are part of the results contract: never renumber.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +46,7 @@ pub enum Purpose {
 const WORDS_PER_TICK: u128 = 1 << 12;
 
 /// The source of all randomness of one episode's world.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EpisodeSeed {
     /// The scenario's seed.
     pub seed: u64,

@@ -127,7 +127,7 @@ impl Default for Limits {
 }
 
 /// A differential-drive robot: what the world moves and what planners may count on.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Robot {
     /// Radius of the disc footprint; of the smallest disc about the centre that holds it, where it is a polygon, m.
     pub radius_m: f64,

@@ -9,12 +9,12 @@ use rapier2d::prelude::{
     ActiveCollisionTypes, BroadPhaseBvh, BvhOptimizationStrategy, ColliderBuilder, PhysicsWorld, Pose,
     RigidBodyBuilder, SharedShape, Vector,
 };
-use simrun::episode::{Outcome, Runner, TerminationSpec};
+use simrun::episode::{Outcome, Runner, Setting, TerminationSpec};
 use simrun::geometry::Vec2;
 use simrun::map::OccupancyGrid;
-use simrun::observation::Observation;
+use simrun::plan::contract::{Decision, Entry, Failure, Guidance, LocalPlanner, Situation};
 use simrun::plan::global::GlobalChoice;
-use simrun::plan::local::{Decision, Guidance, LocalChoice, LocalPlanner};
+use simrun::plan::local::LocalChoice;
 use simrun::plan::stack::{PlanningSpec, Stack};
 use simrun::rng::EpisodeSeed;
 use simrun::robot::Robot;
@@ -58,10 +58,14 @@ struct Watched {
 }
 
 impl LocalPlanner for Watched {
-    fn decide(&mut self, observation: &Observation<'_>, guidance: &Guidance<'_>) -> Decision {
-        let decision = self.inner.decide(observation, guidance);
+    fn decide(&mut self, situation: &Situation<'_>, guidance: &Guidance<'_>) -> Result<Decision, Failure> {
+        let decision = self.inner.decide(situation, guidance);
         self.counts.lock().expect("one thread").push(allocations());
         decision
+    }
+
+    fn entry(&self) -> &'static Entry {
+        self.inner.entry()
     }
 
     fn reset(&mut self) {
@@ -137,10 +141,11 @@ fn a_tick_allocates_nothing_but_what_rapier_does() {
         for episode in 0..6 {
             let seed = EpisodeSeed { seed: 5, episode };
             let scene = Scene::generate(&spec, &map, &robot, 0.3, seed).expect("feasible");
+            let (conditions, termination) = (Conditions::default(), TerminationSpec::default());
+            let setting = Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination };
             // The first time makes room for what the second needs.
             for _ in 0..2 {
-                let outcome =
-                    runner.run(&scene, &robot, &Conditions::default(), &TerminationSpec::default(), &mut stack);
+                let outcome = runner.run(setting, &mut stack);
                 assert!(!matches!(outcome, Outcome::PlannerError { .. }), "{outcome:?}");
             }
             let trace = &runner.record.trace;

@@ -1,6 +1,6 @@
 //! What the robot perceives and how it obeys, against the distributions that the scenario states, and the script.
 
-use simrun::episode::{Outcome, Runner, TerminationSpec};
+use simrun::episode::{Outcome, Runner, Setting, TerminationSpec};
 use simrun::geometry::{Pose, Twist, Vec2, wrap_angle};
 use simrun::map::{Cell, OccupancyGrid};
 use simrun::math;
@@ -329,7 +329,9 @@ fn a_goal_that_moves_is_planned_for_whatever_the_rule() {
         let mut stack = Stack::new(global, Vec::new(), LocalChoice::by_name("dwa").unwrap().build());
         let mut runner = Runner::default();
         let robot = Robot::default();
-        let outcome = runner.run(&scene, &robot, &Conditions::default(), &TerminationSpec::default(), &mut stack);
+        let (conditions, termination) = (Conditions::default(), TerminationSpec::default());
+        let setting = Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination };
+        let outcome = runner.run(setting, &mut stack);
         assert_eq!(outcome, Outcome::Success);
         let trace = &runner.record.trace;
         assert!((trace.ticks.last().unwrap().pose.position - there).norm() <= 0.25);

@@ -3,7 +3,8 @@
 use simrun::map::{Cell, DistanceField, OccupancyGrid};
 use simrun::metrics::any_angle_m;
 use simrun::plan::PlanningGrid;
-use simrun::plan::global::{GlobalChoice, GlobalPlanner, PlanFailure, Problem, Search};
+use simrun::plan::contract::{Failure, GlobalPlanner, Problem, Search};
+use simrun::plan::global::GlobalChoice;
 use simrun::rng::{EpisodeSeed, Purpose};
 
 /// Start `S`, goal `G`, obstacles `#`; several start and goal are allowed to be absent.
@@ -45,7 +46,7 @@ fn planners() -> impl Iterator<Item = (&'static str, Box<dyn GlobalPlanner>)> {
 
 fn plan(planner: &mut dyn GlobalPlanner, (grid, start, goal): &(PlanningGrid, Cell, Cell)) -> (Search, Vec<Cell>) {
     let mut path = vec![Cell { col: 1, row: 1 }; 3];
-    let search = planner.plan(&Problem { grid, start: *start, goal: *goal }, &mut path);
+    let search = planner.as_grid().expect("cells").search(&Problem { grid, start: *start, goal: *goal }, &mut path);
     (search, path)
 }
 
@@ -71,7 +72,7 @@ fn every_global_planner_says_that_no_path_exists() {
     let problem = problem(BLOCKED);
     for (name, mut planner) in planners() {
         let (search, path) = plan(&mut *planner, &problem);
-        assert_eq!((search.result, path), (Err(PlanFailure::NoPath), vec![]), "{name}");
+        assert_eq!((search.result, path), (Err(Failure::NoPath), vec![]), "{name}");
     }
 }
 
@@ -94,11 +95,11 @@ fn every_global_planner_refuses_occupied_ends_and_ends_outside() {
     ]) {
         for (name, mut planner) in planners() {
             let (search, path) = plan(&mut *planner, &(grid.clone(), blocked, goal));
-            assert_eq!((search.result, path), (Err(PlanFailure::StartOccupied), vec![]), "{name} {blocked:?}");
+            assert_eq!((search.result, path), (Err(Failure::StartOccupied), vec![]), "{name} {blocked:?}");
             let (search, path) = plan(&mut *planner, &(grid.clone(), start, blocked));
-            assert_eq!((search.result, path), (Err(PlanFailure::GoalOccupied), vec![]), "{name} {blocked:?}");
+            assert_eq!((search.result, path), (Err(Failure::GoalOccupied), vec![]), "{name} {blocked:?}");
             let (search, _) = plan(&mut *planner, &(grid.clone(), blocked, blocked));
-            assert_eq!(search.result, Err(PlanFailure::StartOccupied), "{name} {blocked:?}");
+            assert_eq!(search.result, Err(Failure::StartOccupied), "{name} {blocked:?}");
         }
     }
 }

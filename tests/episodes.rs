@@ -2,12 +2,13 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
-use simrun::episode::{DT_S, Outcome, Runner, TerminationSpec};
+use simrun::episode::{DT_S, Outcome, Runner, Setting, TerminationSpec};
 use simrun::geometry::{Pose, Twist, Vec2};
 use simrun::map::OccupancyGrid;
-use simrun::observation::Observation;
+use simrun::plan::contract::Situation;
+use simrun::plan::contract::{Decision, Failure, Guidance, LocalPlanner};
 use simrun::plan::global::GlobalChoice;
-use simrun::plan::local::{Decision, Guidance, LocalChoice, LocalPlanner};
+use simrun::plan::local::LocalChoice;
 use simrun::plan::stack::{ComputeSpec, PlanningSpec, Replan, Stack, SubGoals};
 use simrun::robot::Robot;
 use simrun::settings::quantity::NonNegative;
@@ -17,9 +18,9 @@ use std::sync::Arc;
 /// Does what a closure says.
 struct Scripted<F>(F);
 
-impl<F: FnMut(&Observation<'_>, &Guidance<'_>) -> Twist + Send> LocalPlanner for Scripted<F> {
-    fn decide(&mut self, observation: &Observation<'_>, guidance: &Guidance<'_>) -> Decision {
-        Decision::track((self.0)(observation, guidance))
+impl<F: FnMut(&Situation<'_>, &Guidance<'_>) -> Twist + Send> LocalPlanner for Scripted<F> {
+    fn decide(&mut self, situation: &Situation<'_>, guidance: &Guidance<'_>) -> Result<Decision, Failure> {
+        Ok(Decision::track((self.0)(situation, guidance)))
     }
 }
 
@@ -27,13 +28,14 @@ fn hall(lines: &[&str]) -> Arc<StaticMap> {
     Arc::new(StaticMap::new(OccupancyGrid::from_ascii(lines, 1.0)))
 }
 
-fn scripted(local: impl FnMut(&Observation<'_>, &Guidance<'_>) -> Twist + Send + 'static) -> Stack {
+fn scripted(local: impl FnMut(&Situation<'_>, &Guidance<'_>) -> Twist + Send + 'static) -> Stack {
     Stack::new(Some(GlobalChoice::by_name("a_star").unwrap().build()), Vec::new(), Box::new(Scripted(local)))
 }
 
 fn run(scene: &Scene, stack: &mut Stack, termination: &TerminationSpec) -> (Outcome, Runner) {
     let mut runner = Runner::default();
-    let outcome = runner.run(scene, &Robot::default(), &Conditions::default(), termination, stack);
+    let outcome =
+        runner.run(Setting { scene, robot: &Robot::default(), conditions: &Conditions::default(), termination }, stack);
     (outcome, runner)
 }
 
@@ -97,12 +99,12 @@ fn a_planner_that_circles_times_out() {
 
 #[test]
 fn a_planner_that_panics_is_an_outcome_with_its_words() {
-    let mut stack = scripted(|observation, _| {
-        assert!(observation.tick < 5, "lost at tick {}", observation.tick);
+    let mut stack = scripted(|situation, _| {
+        assert!(situation.tick < 5, "lost at tick {}", situation.tick);
         STRAIGHT
     });
     let (outcome, runner) = run(&open_scene(), &mut stack, &TerminationSpec::default());
-    assert_eq!(outcome, Outcome::PlannerError { message: "lost at tick 5".to_owned() });
+    assert_eq!(outcome, Outcome::PlannerError { message: "local planner: lost at tick 5".to_owned() });
     assert_eq!(runner.record.trace.ticks.last().unwrap().tick, 5, "what happened before is kept");
 }
 
@@ -155,8 +157,9 @@ fn without_replanning_the_unknown_obstacle_is_hit_and_with_it_the_robot_goes_rou
 
 #[test]
 fn a_fixed_period_plans_again_and_again() {
-    let every: Replan =
-        Replan::every(simrun::plan::stack::every::Params { period_s: simrun::settings::quantity::Positive::new(2.0) });
+    let every: Replan = Replan::every(simrun::plan::stack::replan::every::Params {
+        period_s: simrun::settings::quantity::Positive::new(2.0),
+    });
     let (outcome, runner) = run(&open_scene(), &mut tracking(every), &TerminationSpec::default());
     assert_eq!(outcome, Outcome::Success);
     let ticks: Vec<u32> = runner.record.trace.paths.iter().map(|planned| planned.tick).collect();
@@ -211,9 +214,9 @@ fn a_path_that_takes_time_to_plan_delays_the_drive_by_that_time() {
 fn a_command_that_takes_time_to_compute_comes_late_and_the_last_one_stays_in_force() {
     struct Slow;
     impl LocalPlanner for Slow {
-        fn decide(&mut self, observation: &Observation<'_>, _: &Guidance<'_>) -> Decision {
-            let command = Twist { v: 0.01 * f64::from(observation.tick + 1), omega: 0.0 };
-            Decision { rollouts: 5, rollout_points: 250, ..Decision::track(command) }
+        fn decide(&mut self, situation: &Situation<'_>, _: &Guidance<'_>) -> Result<Decision, Failure> {
+            let command = Twist { v: 0.01 * f64::from(situation.tick + 1), omega: 0.0 };
+            Ok(Decision { rollouts: 5, rollout_points: 250, ..Decision::track(command) })
         }
     }
     let mut stack = Stack::new(None, Vec::new(), Box::new(Slow)).with_planning(&charged(0.0, 1e-3));

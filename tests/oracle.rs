@@ -5,7 +5,8 @@
 
 use simrun::map::{Cell, DistanceField, OccupancyGrid, movingai};
 use simrun::plan::PlanningGrid;
-use simrun::plan::global::{GlobalChoice, GlobalPlanner, Problem};
+use simrun::plan::contract::{GlobalPlanner, Problem};
+use simrun::plan::global::GlobalChoice;
 use std::fs;
 use std::path::PathBuf;
 
@@ -95,7 +96,7 @@ impl Planners {
 
     fn solve(&mut self, planner: &mut dyn GlobalPlanner, question: &Question) -> f64 {
         let problem = Problem { grid: &self.grid, start: question.start, goal: question.goal };
-        assert_eq!(planner.plan(&problem, &mut self.path).result, Ok(()));
+        assert_eq!(planner.as_grid().expect("cells").search(&problem, &mut self.path).result, Ok(()));
         length(&self.path)
     }
 }

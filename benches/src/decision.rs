@@ -12,11 +12,12 @@ use rust_robotics_core::Point2D;
 use rust_robotics_planning::dwa::{DWAConfig, DWAPlanner, DWAState};
 use simrun::geometry::{Path, Pose, Twist, Vec2};
 use simrun::map::OccupancyGrid;
-use simrun::observation::{Belief, Observation, SensedObstacle};
+use simrun::observation::{Belief, SensedObstacle};
+use simrun::plan::contract::Situation;
+use simrun::plan::contract::{Decision, Guidance, LocalPlanner};
 use simrun::plan::local::dwa::{Params, Planner};
-use simrun::plan::local::{Decision, Guidance, LocalPlanner};
-use simrun::settings::quantity::Samples;
 use simrun::robot::Robot;
+use simrun::settings::quantity::Samples;
 use std::collections::HashMap;
 
 /// Side of the known map's cells, m.
@@ -147,7 +148,7 @@ impl Scene {
     }
 
     fn movers(&self) -> Vec<SensedObstacle> {
-        let still = |&position| SensedObstacle::disc(position, Vec2::zeros(), 0.0);
+        let still = |&position| SensedObstacle::disc(0, position, Vec2::zeros(), 0.0);
         self.points.iter().map(still).collect()
     }
 }
@@ -193,26 +194,11 @@ impl Question {
     }
 
     fn decide(&mut self) -> Decision {
-        let observation = Observation {
-            tick: 0,
-            dt_s: 0.1,
-            pose: self.pose,
-            twist: self.twist,
-            belief: &self.belief,
-            obstacles: &self.movers,
-            scan: None,
-            goal: self.path.end(),
-            robot: &self.robot,
-        };
-        let guidance = Guidance {
-            path: &self.path,
-            progress_m: 0.0,
-            previous_node: self.path.start(),
-            sub_goal: self.path.end(),
-            is_last: true,
-            path_revision: 1,
-        };
-        self.planner.decide(&observation, &guidance)
+        let (twist, obstacles) = (self.twist, self.movers.as_slice());
+        let situation =
+            Situation { twist, obstacles, ..Situation::new(&self.robot, &self.belief, self.pose, self.path.end()) };
+        let guidance = Guidance::to_end(&self.path, 0.0);
+        self.planner.decide(&situation, &guidance).expect("an answer")
     }
 
     /// What was decided, in words.
@@ -289,7 +275,7 @@ fn among_movers(settings: &Settings) -> Result<Vec<Line>, String> {
         let angle = std::f64::consts::TAU * f64::from(k) / 10.0;
         let away = Vec2::new(angle.cos(), angle.sin());
         let across = Vec2::new(-away.y, away.x);
-        SensedObstacle::disc(centre + (1.5 + 0.3 * f64::from(k)) * away, 0.8 * across, 0.3)
+        SensedObstacle::disc(0, centre + (1.5 + 0.3 * f64::from(k)) * away, 0.8 * across, 0.3)
     });
     let mut ours = Question::new(&scene, &scene.map(false), movers.collect(), true);
     let counts = ours.answer();

@@ -7,7 +7,8 @@ use pathfinding::directed::astar::astar;
 use simrun::map::connectivity::{self, Components};
 use simrun::map::{Cell, DistanceField, OccupancyGrid};
 use simrun::plan::PlanningGrid;
-use simrun::plan::global::{GlobalChoice, GlobalPlanner, Problem};
+use simrun::plan::contract::{GlobalPlanner, Problem};
+use simrun::plan::global::GlobalChoice;
 use std::f64::consts::SQRT_2;
 use std::fs;
 use std::process::Command;
@@ -103,7 +104,7 @@ fn answers(planner: &mut dyn GlobalPlanner, problems: &[Problem<'_>]) -> (Vec<Op
     let mut path = Vec::new();
     let (mut expanded, mut generated) = (0, 0);
     let lengths = problems.iter().map(|problem| {
-        let search = planner.plan(problem, &mut path);
+        let search = planner.as_grid().expect("cells").search(problem, &mut path);
         expanded += search.expanded;
         generated += search.generated;
         Length::of(&path)
@@ -114,7 +115,7 @@ fn answers(planner: &mut dyn GlobalPlanner, problems: &[Problem<'_>]) -> (Vec<Op
 /// The timed part: all queries, one after the other.
 fn run(planner: &mut dyn GlobalPlanner, problems: &[Problem<'_>], path: &mut Vec<Cell>) {
     for problem in problems {
-        planner.plan(problem, path);
+        planner.as_grid().expect("cells").search(problem, path);
     }
 }
 
@@ -271,11 +272,11 @@ fn repair(settings: &Settings) -> Result<Vec<Line>, String> {
         let (mut path, mut cases) = (Vec::new(), Vec::new());
         let mut a_star = planner("a_star");
         for problem in scene.problems(4 * REPAIRS) {
-            a_star.plan(&problem, &mut path);
+            a_star.as_grid().expect("cells").search(&problem, &mut path);
             let block = path.get(AHEAD).map(|centre| blocked_around(&scene, *centre));
             let Some(block) = block.filter(|_| path.len() > 2 * AHEAD) else { continue };
             let after = Problem { grid: &PlanningGrid::new(&block, &DistanceField::new(&block), 0.0), ..problem };
-            a_star.plan(&after, &mut path);
+            a_star.as_grid().expect("cells").search(&after, &mut path);
             if !path.is_empty() && cases.len() < REPAIRS {
                 cases.push((problem.start, problem.goal, after.grid.clone()));
             }
@@ -293,7 +294,7 @@ fn repair(settings: &Settings) -> Result<Vec<Line>, String> {
                     if fresh {
                         planner.reset();
                     }
-                    expanded += planner.plan(&Problem { grid, start, goal }, path).expanded;
+                    expanded += planner.as_grid().expect("cells").search(&Problem { grid, start, goal }, path).expanded;
                 }
             }
             expanded
@@ -309,9 +310,9 @@ fn repair(settings: &Settings) -> Result<Vec<Line>, String> {
                 let (start, goal) = problems(&cases[case]);
                 for grid in grids(case) {
                     let problem = Problem { grid, start, goal };
-                    ours.plan(&problem, &mut path);
+                    ours.as_grid().expect("cells").search(&problem, &mut path);
                     let length = Length::of(&path);
-                    a_star.plan(&problem, &mut path);
+                    a_star.as_grid().expect("cells").search(&problem, &mut path);
                     check(&scene, &problem, length, Length::of(&path))?;
                 }
             }

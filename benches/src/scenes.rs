@@ -4,7 +4,7 @@ use crate::Settings;
 use simrun::map::queries::{self, Query};
 use simrun::map::{DistanceField, OccupancyGrid, movingai};
 use simrun::plan::PlanningGrid;
-use simrun::plan::global::Problem;
+use simrun::plan::contract::Problem;
 use std::path::{Path, PathBuf};
 
 /// The folder of the scenes that come with the benches.

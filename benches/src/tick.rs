@@ -6,17 +6,17 @@
 
 use crate::measure::{Spread, alone};
 use crate::{Line, Row, Settings, scenes};
-use simrun::episode::{Outcome, Runner, TerminationSpec};
+use simrun::episode::{Outcome, Runner, Setting, TerminationSpec};
 use simrun::geometry::{Pose, Vec2};
 use simrun::map::{Cell, OccupancyGrid, movingai};
 use simrun::observation::Belief;
 use simrun::plan::global::{GlobalChoice, a_star};
 use simrun::plan::local::{LocalChoice, dwa};
-use simrun::plan::stack::{PlanningSpec, StackSpec};
-use simrun::settings::quantity::{NonNegative, Positive, Samples};
+use simrun::plan::stack::{Caps, PlanningSpec, StackSpec};
 use simrun::rng::EpisodeSeed;
 use simrun::robot::Robot;
 use simrun::scenario::ScenarioFile;
+use simrun::settings::quantity::{NonNegative, Positive, Samples};
 use simrun::world::{Conditions, Motion, Mover, Patrol, Scene, StaticMap, World};
 use std::path::Path as FilePath;
 use std::sync::Arc;
@@ -141,10 +141,20 @@ impl Peers {
             predict_dynamic: true,
             ..dwa::Params::default()
         });
-        let mut stack = StackSpec { name: "bench".to_owned(), global, path: Vec::new(), local, replan: None }
-            .build(&PlanningSpec { inflation_m: Some(NonNegative::new(0.35)), ..PlanningSpec::default() });
+        let mut stack = StackSpec {
+            name: "bench".to_owned(),
+            global,
+            path: Vec::new(),
+            local,
+            replan: None,
+            sub_goals: None,
+            caps: Caps::default(),
+        }
+        .build(&PlanningSpec { inflation_m: Some(NonNegative::new(0.35)), ..PlanningSpec::default() });
         let mut runner = Runner::default();
-        let mut drive = || runner.run(&scene, &self.robot, &conditions, &self.termination, &mut stack);
+        let (robot, termination) = (&self.robot, &self.termination);
+        let setting = Setting { scene: &scene, robot, conditions: &conditions, termination };
+        let mut drive = || runner.run(setting, &mut stack);
         let outcome = drive();
         let time = alone(settings.pairs, &mut drive);
         let trace = &runner.record.trace;
@@ -245,7 +255,9 @@ fn warehouse(settings: &Settings) -> Result<Vec<Line>, String> {
         for (episode, scene) in scenes.iter().enumerate() {
             let seed = EpisodeSeed { seed: scenario.seed, episode: episode as u64 };
             let conditions = Conditions { seed, sensing: scenario.sensing.clone(), ..Conditions::default() };
-            let outcome = runner.run(scene, experiment.robot(0), &conditions, &scenario.termination, &mut stack);
+            let (robot, termination) = (experiment.robot(0), &scenario.termination);
+            let setting = Setting { scene, robot, conditions: &conditions, termination };
+            let outcome = runner.run(setting, &mut stack);
             assert!(!matches!(outcome, Outcome::PlannerError { .. }));
             ticks += runner.record.trace.ticks.len() - 1;
         }

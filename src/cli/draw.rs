@@ -29,10 +29,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     let point = args.point.of(&experiment)?;
     let drive = experiment.drive_one(point, args.episode, 0).map_err(Failure::run)?;
     let svg = report::draw(
-        &drive.scene,
-        experiment.robot(point),
-        &drive.trace,
-        &drive.row.outcome,
+        &drive.recording,
         &Caption {
             title: format!(
                 "{}: {}, episode {}, seed {}",

@@ -1,15 +1,20 @@
 //! `simrun plan`: global planning alone, on a map file.
 
 use super::{Failure, say};
-use crate::geometry::Path as Route;
+use crate::geometry::Pose;
 use crate::map::file;
 use crate::map::queries::{self, Query};
 use crate::map::ros::Unknown;
 use crate::map::{Cell, DistanceField, OccupancyGrid, movingai};
 use crate::metrics::planned::planned_turns;
+use crate::observation::Belief;
 use crate::plan::PlanningGrid;
-use crate::plan::global::{GlobalChoice, GlobalPlanner, Problem};
-use crate::plan::path::{PathChoice, PathStage};
+use crate::plan::contract::{GlobalPlanner, PathStage, Plan, Randomness, Situation, Task};
+use crate::plan::global::GlobalChoice;
+use crate::plan::path::PathChoice;
+use crate::plan::stack::find_path;
+use crate::rng::EpisodeSeed;
+use crate::robot::Robot;
 use crate::settings::choice::unknown_name;
 use crate::settings::quantity::{NonNegative, Positive};
 use std::io::{self, Write};
@@ -41,6 +46,9 @@ pub(super) struct Args {
     /// Distance that paths keep from obstacles, m.
     #[arg(long, value_name = "METRES", default_value = "0", value_parser = distance)]
     inflate: NonNegative,
+    /// Seed of planners that draw random numbers; query k is episode k.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
     /// Side of a cell, m, for formats that do not say it.
     #[arg(long, value_name = "METRES", default_value = "1", value_parser = resolution)]
     resolution_m: Positive,
@@ -118,7 +126,8 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         .collect();
     let mut out = io::stdout().lock();
     let name = args.map.file_name().unwrap_or_default().to_string_lossy();
-    let written = stream(&mut out, &name, &map.grid, &grid, &queries, &mut planners);
+    let question = Question { name: &name, map: &map.grid, grid: &grid, seed: args.seed };
+    let written = stream(&mut out, &question, &queries, &mut planners);
     match written {
         // Somebody read enough of it, as `head` does.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {}
@@ -189,31 +198,39 @@ impl Tally {
     }
 }
 
+/// What all queries share.
+struct Question<'a> {
+    name: &'a str,
+    map: &'a OccupancyGrid,
+    grid: &'a PlanningGrid,
+    seed: u64,
+}
+
 /// Answers every query with every planner, a row each, as they come.
 fn stream(
     out: &mut impl Write,
-    name: &str,
-    map: &OccupancyGrid,
-    grid: &PlanningGrid,
+    question: &Question<'_>,
     queries: &[Query],
     planners: &mut [Planner],
 ) -> io::Result<()> {
+    let Question { name, map, grid, seed } = *question;
     let mut table = csv::WriterBuilder::new().buffer_capacity(1 << 12).from_writer(out);
     table.write_record(HEADER)?;
-    let mut cells = Vec::new();
+    let (robot, belief, mut plan) = (Robot::default(), Belief::from(map), Plan::default());
     for (number, query) in queries.iter().enumerate() {
-        let problem = Problem { grid, start: movingai::flip(map, query.start), goal: movingai::flip(map, query.goal) };
+        let [start, goal] = [query.start, query.goal].map(|cell| grid.centre(movingai::flip(map, cell)));
+        let pose = Pose { position: start, theta: 0.0 };
+        let random = Randomness::new(EpisodeSeed { seed, episode: number as u64 }, 0);
+        let situation = Situation { random, ..Situation::new(&robot, &belief, pose, goal) };
         for Planner { name: global, global: planner, stages, tally } in planners.iter_mut() {
             // Each query by itself: what a planner learnt from another is no part of the answer.
             planner.reset();
-            let search = planner.plan(&problem, &mut cells);
-            let path = search.result.is_ok().then(|| {
-                let path = Route::polyline(&cells.iter().map(|&cell| grid.centre(cell)).collect::<Vec<_>>());
-                stages.iter_mut().fold(path, |path, stage| stage.apply(grid, &path))
-            });
+            let found =
+                find_path(&mut **planner, stages, &Task { situation: &situation, grid, start, goal }, &mut plan);
+            let (path, search) = (found.is_ok().then_some(&plan.path), plan.effort);
             let side_m = grid.resolution_m();
-            let length =
-                path.as_ref().map(|path| if stages.is_empty() { length_cells(&cells) } else { path.length() / side_m });
+            let is_of_cells = stages.is_empty() && !plan.cells.is_empty();
+            let length = path.map(|path| if is_of_cells { length_cells(&plan.cells) } else { path.length() / side_m });
             let ratio = length.zip(query.optimum).filter(|(_, optimum)| *optimum > 0.0).map(|(l, o)| l / o);
             tally.queries += 1;
             tally.found += u64::from(length.is_some());
@@ -243,7 +260,7 @@ fn stream(
                 real(ratio),
                 search.expanded.to_string(),
                 search.generated.to_string(),
-                path.as_ref().map_or_else(String::new, |path| planned_turns(path).to_string()),
+                path.map_or_else(String::new, |path| planned_turns(path).to_string()),
             ])?;
         }
         table.flush()?;

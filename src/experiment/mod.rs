@@ -4,7 +4,7 @@
 //! order of the rows and hand them back as they finish; the folder writes them in order. Nothing in a block depends on another.
 
 use crate::clock::Stopwatch;
-use crate::episode::{DT_S, Outcome, Runner, Timings};
+use crate::episode::{DT_S, Outcome, Record, Recording, Runner, Setting, Timings};
 use crate::map::MapError;
 use crate::metrics::{self, Metrics};
 use crate::plan::stack::{Stack, StackSpec};
@@ -85,12 +85,10 @@ pub struct Worker {
 /// One episode with all that a picture or a trace file needs.
 #[derive(Debug)]
 pub struct Drive {
-    /// The world before the first tick.
-    pub scene: Scene,
     /// The row of `episodes.csv`.
     pub row: Row,
-    /// What happened.
-    pub trace: Trace,
+    /// World, robot and drive.
+    pub recording: Recording,
 }
 
 impl Setup {
@@ -304,18 +302,21 @@ impl Experiment {
         Ok(rows)
     }
 
-    /// Drives one stack of a point through one episode and keeps the scene and the trace.
+    /// Drives one stack of a point through one episode and records it in full.
     ///
     /// # Errors
     /// If the episode has no feasible world.
     pub fn drive_one(&self, point: u32, episode: u64, stack_index: usize) -> Result<Drive, Infeasible> {
         let scene = self.scene(point, episode)?;
-        let mut runner = Runner::default();
+        let mut runner = Runner::in_full();
         let setup = &self.points[point as usize];
         let spec = &setup.stacks[stack_index];
         let measured = setup.drive(setup.seed(episode), &scene, setup.shortest_m(&scene), spec, &mut None, &mut runner);
+        let outcome = measured.outcome.clone();
         let row = self.row(point, spec, episode, measured);
-        Ok(Drive { scene, row, trace: runner.record.trace })
+        let Record { trace, detail, .. } = runner.record;
+        let (robot, detail) = (setup.robot.clone(), detail.unwrap_or_default());
+        Ok(Drive { row, recording: Recording { scene, robot, dt_s: DT_S, outcome, trace, detail } })
     }
 
     /// The world of one episode at a point.
@@ -409,7 +410,8 @@ impl Setup {
             actuation: scenario.actuation.clone(),
         };
         let stack = slot.get_or_insert_with(|| spec.build(&scenario.planning));
-        let outcome = runner.run(scene, &self.robot, &conditions, &scenario.termination, stack);
+        let termination = &scenario.termination;
+        let outcome = runner.run(Setting { scene, robot: &self.robot, conditions: &conditions, termination }, stack);
         if matches!(outcome, Outcome::PlannerError { .. }) {
             *slot = None;
         }

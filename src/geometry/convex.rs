@@ -6,6 +6,7 @@
 use super::outline::{Hit, sweep_point_disc};
 use super::{Rect, Vec2, closest_on_segment, cross, point_segment_distance};
 use crate::math;
+use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
 
 /// Most corners of a polygon.
@@ -15,7 +16,8 @@ pub const CORNERS_MAX: usize = 16;
 const STRAIGHT_M: f64 = 1e-9;
 
 /// A convex polygon about its own origin, which lies inside. Cheap to copy.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(try_from = "Vec<Vec2>", into = "Vec<Vec2>")]
 pub struct Polygon(Arc<Parts>);
 
 #[derive(Debug)]
@@ -25,6 +27,20 @@ struct Parts {
     inradius_m: f64,
     /// Worked out when it is first asked for.
     cover: OnceLock<Vec<Disc>>,
+}
+
+impl TryFrom<Vec<Vec2>> for Polygon {
+    type Error = String;
+
+    fn try_from(corners: Vec<Vec2>) -> Result<Self, String> {
+        Self::new(&corners)
+    }
+}
+
+impl From<Polygon> for Vec<Vec2> {
+    fn from(polygon: Polygon) -> Self {
+        polygon.corners().to_vec()
+    }
 }
 
 impl PartialEq for Polygon {

@@ -3,13 +3,14 @@
 use super::convex::{self, Corners, Polygon, turned, turned_back};
 use super::{Rect, Vec2, direction};
 use crate::math;
+use serde::{Deserialize, Serialize};
 
 /// Two outlines touch where they overlap by more than this, m: shapes that share an edge do not touch,
 /// whatever the rounding of their coordinates.
 pub const SLACK_M: f64 = 1e-9;
 
 /// The shape of a body about its own origin.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Shape {
     /// A disc.
     Disc {
@@ -46,7 +47,7 @@ impl Shape {
 }
 
 /// A shape that points somewhere. Where it is, the callers say: `centre` is the place of its origin.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outline {
     shape: Shape,
     /// Direction of the shape's own x axis, kept because distances need it every tick.

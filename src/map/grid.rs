@@ -2,10 +2,11 @@
 
 use crate::geometry::{Pose, Rect, Vec2, wrap_angle};
 use crate::math;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// A cell of a grid: column from the left, row from the bottom. May lie outside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Cell {
     /// Column, 0 at the left.
     pub col: i32,
@@ -14,7 +15,7 @@ pub struct Cell {
 }
 
 /// Where the grid lies in the world: the pose of its lower left corner.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     /// World pose of the grid's lower left corner.
     pub origin: Pose,
@@ -49,13 +50,49 @@ impl Frame {
 }
 
 /// A rectangular grid of free and occupied cells.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "GridBytes", into = "GridBytes")]
 pub struct OccupancyGrid {
     cols: i32,
     rows: i32,
     resolution_m: f64,
     frame: Frame,
     occupied: Vec<bool>,
+}
+
+/// A grid as it is written: eight cells to a byte, the first one in the lowest bit.
+#[derive(Serialize, Deserialize)]
+struct GridBytes {
+    cols: i32,
+    rows: i32,
+    resolution_m: f64,
+    frame: Frame,
+    occupied: Vec<u8>,
+}
+
+impl From<OccupancyGrid> for GridBytes {
+    fn from(grid: OccupancyGrid) -> Self {
+        let OccupancyGrid { cols, rows, resolution_m, frame, occupied } = grid;
+        let byte = |cells: &[bool]| cells.iter().rev().fold(0, |byte, &cell| byte << 1 | u8::from(cell));
+        Self { cols, rows, resolution_m, frame, occupied: occupied.chunks(8).map(byte).collect() }
+    }
+}
+
+impl TryFrom<GridBytes> for OccupancyGrid {
+    type Error = &'static str;
+
+    fn try_from(bytes: GridBytes) -> Result<Self, Self::Error> {
+        let GridBytes { cols, rows, resolution_m, frame, occupied } = bytes;
+        let sides = usize::try_from(cols).ok().zip(usize::try_from(rows).ok());
+        let count = sides.filter(|&(cols, rows)| cols.min(rows) > 0).and_then(|(cols, rows)| cols.checked_mul(rows));
+        match count {
+            Some(count) if count.div_ceil(8) == occupied.len() && resolution_m.is_finite() && resolution_m > 0.0 => {
+                let cells = occupied.iter().flat_map(|byte| (0..8).map(move |bit| byte >> bit & 1 == 1));
+                Ok(Self { cols, rows, resolution_m, frame, occupied: cells.take(count).collect() })
+            }
+            _ => Err("sizes that are not those of a grid"),
+        }
+    }
 }
 
 impl Clone for OccupancyGrid {

@@ -7,7 +7,7 @@
 use crate::episode::Outcome;
 use crate::geometry::Vec2;
 use crate::math;
-use crate::plan::local::Mode;
+use crate::plan::contract::StateKind;
 use crate::trace::Trace;
 use crate::world::{ObstacleKind, Scene};
 
@@ -111,7 +111,8 @@ fn collision(scene: &Scene, radius_m: f64, trace: &Trace, dt_s: f64) -> Cause {
     if turned {
         return Cause::MoverTurned;
     }
-    let without_command = last_rows(trace, NO_COMMAND_WITHIN_S, dt_s).any(|row| trace.ticks[row].mode == Mode::Recover);
+    let without_command =
+        last_rows(trace, NO_COMMAND_WITHIN_S, dt_s).any(|row| trace.ticks[row].state.kind == StateKind::Recovering);
     if without_command { Cause::NoWayOut } else { Cause::MoverNotForeseen }
 }
 
@@ -134,6 +135,7 @@ mod tests {
     use super::super::tests::{drive, mover, scene_with};
     use super::*;
     use crate::geometry::{Pose, Twist};
+    use crate::plan::contract::State;
     use crate::trace::MoverState;
     use crate::world::{Shape, UnknownStatic};
 
@@ -155,10 +157,10 @@ mod tests {
         let of = |outcome: &Outcome, trace: &Trace| cause(&scene, 0.25, outcome, trace, 0.1);
         assert_eq!(of(&Outcome::Success, &trace), None);
         assert_eq!(of(&HIT, &trace), Some(Cause::MoverNotForeseen));
-        trace.ticks[33].mode = Mode::Recover;
+        trace.ticks[33].state = State::RECOVER;
         assert_eq!(of(&HIT, &trace), Some(Cause::NoWayOut), "0.7 s before the end");
-        trace.ticks[33].mode = Mode::Track;
-        trace.ticks[28].mode = Mode::Recover;
+        trace.ticks[33].state = State::TRACK;
+        trace.ticks[28].state = State::RECOVER;
         assert_eq!(of(&HIT, &trace), Some(Cause::MoverNotForeseen), "1.2 s before the end");
         let at_rest = Outcome::Collision { with: ObstacleKind::Dynamic, at_rest: true };
         assert_eq!(of(&at_rest, &trace), Some(Cause::HitAtRest));

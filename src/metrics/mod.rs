@@ -186,7 +186,7 @@ mod tests {
     use super::*;
     use crate::geometry::{Pose, Twist, Vec2};
     use crate::map::OccupancyGrid;
-    use crate::plan::local::Mode;
+    use crate::plan::contract::State;
     use crate::trace::{MoverState, PlannedPath, Tick};
     use crate::world::spec::moving::OnStatic;
     use crate::world::{Mover, StaticMap, UnknownStatic};
@@ -204,7 +204,7 @@ mod tests {
             believed: start,
             twist: Twist::ZERO,
             command: Twist::ZERO,
-            mode: Mode::default(),
+            state: State::TRACK,
             sub_goal: Vec2::zeros(),
             clearance_m: 1.0,
             clearance_low_m: 1.0,

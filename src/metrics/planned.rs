@@ -21,26 +21,12 @@ const SAGITTA_CELLS: f64 = 1e-4;
 pub fn planned_turns(path: &Path) -> u32 {
     let (mut turns, mut arriving) = (0, None);
     for (from, piece) in path.segments() {
-        let Some((begin, end)) = tangents(from, piece) else { continue };
+        let Some((begin, end)) = piece.tangents(from) else { continue };
         let bend = |before: Vec2| math::atan2(cross(before, begin), before.dot(&begin)).abs();
         turns += u32::from(arriving.is_some_and(|before| bend(before) > TURN_MIN_RAD));
         arriving = Some(end);
     }
     turns
-}
-
-/// Directions, not of unit length, in which a piece begins and ends; `None` where it has no length.
-fn tangents(from: Vec2, piece: &Piece) -> Option<(Vec2, Vec2)> {
-    if piece.length(from) == 0.0 {
-        return None;
-    }
-    Some(match *piece {
-        Piece::Line { to } => (to - from, to - from),
-        Piece::Arc { to, centre, sweep } => {
-            let along = |radius: Vec2| Vec2::new(-radius.y, radius.x) * sweep.signum();
-            (along(from - centre), along(to - centre))
-        }
-    })
 }
 
 /// `path_nodes`: vertices of the path, both ends included; less is simpler (systems.md §1.6, node count).
@@ -51,7 +37,7 @@ pub fn path_nodes(path: &Path) -> u32 {
 /// `risky_nodes`: vertices of the path with an incident segment that comes nearer than half a cell to a
 /// cell that is occupied on the known map or outside of it; less is better (systems.md §1.6, Q-A10).
 ///
-/// Lines are measured exactly; an arc by chords that lie within 10⁻⁴ cell of it.
+/// Lines are measured exactly; arcs and curves by chords that lie within 10⁻⁴ cell of them.
 pub fn risky_nodes(path: &Path, known: &OccupancyGrid) -> u32 {
     let risky: Vec<bool> = path.segments().map(|(from, piece)| is_risky(from, piece, known)).collect();
     let at = |index: usize| risky.get(index).copied().unwrap_or(false);
@@ -59,22 +45,9 @@ pub fn risky_nodes(path: &Path, known: &OccupancyGrid) -> u32 {
 }
 
 fn is_risky(from: Vec2, piece: &Piece, known: &OccupancyGrid) -> bool {
-    let (length, chords) = (piece.length(from), chord_count(from, piece, known.resolution_m()));
-    let point = |k: u32| {
-        if k == chords { piece.end() } else { piece.point_at(from, length * f64::from(k) / f64::from(chords)) }
-    };
-    (0..chords).any(|k| is_risky_line(point(k), point(k + 1), known))
-}
-
-/// Chords whose sagitta r (1 − cos(δ/2)) ≤ r δ²/8 stays within [`SAGITTA_CELLS`]; 1 for a line.
-fn chord_count(from: Vec2, piece: &Piece, resolution_m: f64) -> u32 {
-    match *piece {
-        Piece::Line { .. } => 1,
-        Piece::Arc { centre, sweep, .. } => {
-            let turn_max = (8.0 * SAGITTA_CELLS * resolution_m / (from - centre).norm()).sqrt();
-            math::clamp((sweep.abs() / turn_max).ceil(), 1.0, 1e6) as u32
-        }
-    }
+    let chords = piece.chord_count(from, SAGITTA_CELLS * known.resolution_m(), 1e6);
+    (0..chords)
+        .any(|k| is_risky_line(piece.chord_point(from, k, chords), piece.chord_point(from, k + 1, chords), known))
 }
 
 /// Whether a straight segment comes nearer than half a cell to a blocked square.
@@ -127,7 +100,7 @@ mod tests {
         assert_eq!((planned_turns(&path), path_nodes(&path)), (2, 6));
         // A quarter arc joins two lines smoothly; with the second line askew its joint is a turn.
         let arc = Piece::Arc { to: v(3.0, 1.0), centre: v(2.0, 1.0), sweep: math::FRAC_PI_2 };
-        let smooth = vec![Piece::Line { to: v(2.0, 0.0) }, arc, Piece::Line { to: v(3.0, 4.0) }];
+        let smooth = vec![Piece::Line { to: v(2.0, 0.0) }, arc.clone(), Piece::Line { to: v(3.0, 4.0) }];
         assert_eq!(planned_turns(&Path::new(v(0.0, 0.0), smooth)), 0);
         let askew = vec![Piece::Line { to: v(2.0, 0.0) }, arc, Piece::Line { to: v(3.1, 4.0) }];
         assert_eq!(planned_turns(&Path::new(v(0.0, 0.0), askew)), 1);

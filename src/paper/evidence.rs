@@ -119,7 +119,7 @@ fn sample(experiment: &Experiment, point: u32, stack_index: usize, stack: &Stack
     for row in failed().take(SAMPLE) {
         let Ok(drive) = experiment.drive_one(point, row.episode, stack_index) else { continue };
         let radius_m = experiment.robot(point).radius_m;
-        if let Some(cause) = cause(&drive.scene, radius_m, &drive.row.outcome, &drive.trace, DT_S) {
+        if let Some(cause) = cause(&drive.recording.scene, radius_m, &drive.row.outcome, &drive.recording.trace, DT_S) {
             found.sampled += 1;
             *found.causes.entry(cause).or_default() += 1;
             found.examples.entry(cause).or_insert(row.episode);

@@ -215,6 +215,34 @@ impl PlanningGrid {
         self.passability(cell) != Passability::Blocked
     }
 
+    /// The cell that holds a point of the grid frame, also outside the map.
+    pub fn cell_at(&self, p: Vec2) -> Cell {
+        Cell { col: (p.x / self.resolution_m).floor() as i32, row: (p.y / self.resolution_m).floor() as i32 }
+    }
+
+    /// Blocks every cell whose centre is nearer than `radius_m` to the segment a–b (grid frame, m).
+    pub fn block_capsule(&mut self, a: Vec2, b: Vec2, radius_m: f64) {
+        let (low, high) = (
+            self.cell_at(lowest(a, b) - Vec2::new(radius_m, radius_m)),
+            self.cell_at(highest(a, b) + Vec2::new(radius_m, radius_m)),
+        );
+        let (rows, cols) =
+            (low.row.max(0)..(high.row + 1).min(self.rows), low.col.max(0)..(high.col + 1).min(self.cols));
+        for row in rows.clone() {
+            for col in cols.clone() {
+                let cell = Cell { col, row };
+                if point_segment_distance(self.centre(cell), a, b) < radius_m {
+                    let index = self.index(cell) as usize;
+                    self.cells[index] = BLOCKED;
+                }
+            }
+        }
+        if !rows.is_empty() {
+            let (first, last) = (rows.start as usize, rows.end as usize);
+            self.look_around(first.saturating_sub(1)..(last + 1).min(self.rows as usize));
+        }
+    }
+
     /// Centre of a cell, grid frame, metres.
     pub fn centre(&self, cell: Cell) -> Vec2 {
         Vec2::new((f64::from(cell.col) + 0.5) * self.resolution_m, (f64::from(cell.row) + 0.5) * self.resolution_m)
@@ -384,6 +412,14 @@ impl PlanningGrid {
         let row = ((u64::from(index) * self.row_factor) >> ROW_BITS) as u32;
         Cell { col: (index - row * self.stride() as u32) as i32 - 1, row: row as i32 - 1 }
     }
+}
+
+fn lowest(a: Vec2, b: Vec2) -> Vec2 {
+    Vec2::new(math::min(a.x, b.x), math::min(a.y, b.y))
+}
+
+fn highest(a: Vec2, b: Vec2) -> Vec2 {
+    Vec2::new(math::max(a.x, b.x), math::max(a.y, b.y))
 }
 
 /// Distance between a segment and a square that it does not cross.
@@ -627,6 +663,32 @@ pub(super) mod tests {
                 let expected = map.is_free(cell) && distance_m >= inflation_m - 1e-9;
                 assert_eq!(grid.is_passable(cell), expected, "{cell:?} {distance_m} {inflation_m}");
             }
+        }
+    }
+
+    #[test]
+    fn a_capsule_blocks_the_centres_within_it_and_the_neighbours_know() {
+        let mut stream = stream(6);
+        for _ in 0..200 {
+            let map = random_map(&mut stream, 15, 0.1);
+            let (mut grid, before) = (uninflated(&map), uninflated(&map));
+            let mut point =
+                || 1.2 * Vec2::new(stream.uniform() * map.extent_m().x, stream.uniform() * map.extent_m().y);
+            let (a, b) = (point(), point());
+            let radius_m = 2.0 * stream.uniform() * map.resolution_m();
+            grid.block_capsule(a, b, radius_m);
+            let mut lines = Vec::new();
+            for row in (0..map.rows()).rev() {
+                let letter = |col| {
+                    let cell = Cell { col, row };
+                    let hit = point_segment_distance(map.centre(cell), a, b) < radius_m;
+                    if hit || !before.is_passable(cell) { '#' } else { '.' }
+                };
+                lines.push((0..map.cols()).map(letter).collect::<String>());
+            }
+            let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
+            let expected = uninflated(&OccupancyGrid::from_ascii(&lines, map.resolution_m()));
+            assert_eq!((drawing(&grid), grid.around()), (drawing(&expected), expected.around()));
         }
     }
 

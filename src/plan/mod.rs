@@ -1,20 +1,14 @@
 //! Planning: global planners, path stages, local planners, and the stack that joins them.
 //!
-//! Nothing here sees the world; planners get an [`Observation`](crate::observation::Observation).
+//! Nothing here sees the world; planners get a [`Situation`](contract::Situation). What they get and give is in [`contract`].
 
+pub mod contract;
 pub mod global;
 mod grid;
 pub mod local;
 pub mod path;
+pub mod snapshot;
 pub mod stack;
 
+pub use contract::Entry;
 pub use grid::{ESCAPE_FACTOR, Passability, PlanningGrid};
-
-/// What the registry says about a planner beside its parameters.
-#[derive(Clone, Copy, Debug)]
-pub struct Entry {
-    /// One sentence: what it does and when to use it.
-    pub summary: &'static str,
-    /// Where it comes from: authors, title, venue, year.
-    pub source: &'static str,
-}

@@ -2,7 +2,7 @@
 //! path with its key nodes, the driven trajectory coloured by speed, the contact if there was one,
 //! and a scale bar. Needs nothing to look at but a browser.
 
-use crate::episode::Outcome;
+use crate::episode::{Outcome, Recording};
 use crate::geometry::outline::{Outline, Shape};
 use crate::geometry::{Path, Piece, Pose, Vec2};
 use crate::map::OccupancyGrid;
@@ -41,7 +41,8 @@ pub struct Caption {
 }
 
 /// Draws one episode; see the module's documentation.
-pub fn draw(scene: &Scene, robot: &Robot, trace: &Trace, outcome: &Outcome, caption: &Caption) -> String {
+pub fn draw(recording: &Recording, caption: &Caption) -> String {
+    let Recording { scene, robot, trace, outcome, .. } = recording;
     let canvas = Canvas::new(&scene.map.grid);
     let mut svg = canvas.open(caption);
     canvas.map(&mut svg, &scene.map.grid);
@@ -163,7 +164,9 @@ impl Canvas {
                     self.path_data(&planned.path)
                 ),
             );
-            for node in planned.path.vertices() {
+            let mut nodes = Vec::new();
+            planned.path.key_nodes(&mut nodes);
+            for node in nodes.iter().map(|node| node.position) {
                 line(
                     svg,
                     format_args!(
@@ -186,6 +189,13 @@ impl Canvas {
                     let r = self.px((from - centre).norm());
                     let (large, clockwise) = (u8::from(sweep.abs() > math::PI), u8::from(sweep < 0.0));
                     write!(data, "A{r:.2} {r:.2} 0 {large} {clockwise} {x:.2} {y:.2}")
+                }
+                Piece::Curve(_) => {
+                    let chords = piece.chord_count(from, 0.25 / self.scale, 1e3);
+                    (1..=chords).try_for_each(|k| {
+                        let p = piece.chord_point(from, k, chords);
+                        write!(data, "L{:.2} {:.2}", self.x(p), self.y(p))
+                    })
                 }
             };
         }

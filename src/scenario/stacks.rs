@@ -4,7 +4,7 @@ use super::Name;
 use crate::plan::global::GlobalChoice;
 use crate::plan::local::LocalChoice;
 use crate::plan::path::PathChoice;
-use crate::plan::stack::{Replan, StackSpec};
+use crate::plan::stack::{Caps, Replan, StackSpec};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Error, MapAccess, SeqAccess, Visitor};
@@ -95,6 +95,8 @@ fn spec(
         path: path.to_vec(),
         local: local.clone(),
         replan: replan.clone(),
+        sub_goals: None,
+        caps: Caps::default(),
     };
     spec.name = name.map_or_else(|| spec.default_name(), |name| name.as_str().to_owned());
     spec

@@ -334,6 +334,7 @@ impl<'s> World<'s> {
             let number = self.unknown.len() + index;
             if let Some(sighting) = self.sensor.look(&surroundings, eye, tick, number, gap_m, nearest) {
                 sensed.push(SensedObstacle {
+                    id: index as u32,
                     position: placed(mover.position + sighting.offset),
                     velocity: seen(mover.velocity + sighting.velocity_error),
                     outline: mover.outline.clone().with_axis(seen(mover.outline.axis())),

@@ -14,12 +14,13 @@
 //!
 //! Departures: none; the heuristic of the papers differs (gao, zhu, qin, hu: `euclidean`; zhao: `manhattan`).
 
+use super::GlobalKind;
 use super::search::{
     Arrival, Buckets, CornerRule, Heuristic, MoveTable, Moves, RealEntry, Rule, Steps, Ticks, Visit, WholeEntry,
     WholeSteps, Workspace,
 };
-use super::{Entry, GlobalPlanner, Problem, Search};
 use crate::map::Cell;
+use crate::plan::contract::{Entry, GlobalPlanner, GridPlanner, Problem, Search};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -38,7 +39,15 @@ pub const ENTRY: Entry = Entry {
     summary: "Best-first search by cost plus estimate: shortest grid paths with far fewer expansions than dijkstra.",
     source: "P. E. Hart, N. J. Nilsson, B. Raphael, A formal basis for the heuristic determination of minimum cost \
              paths, IEEE Transactions on Systems Science and Cybernetics 4(2), 1968",
+    exact: true,
+    ..Entry::PLAIN
 };
+
+impl GlobalKind for Params {
+    fn build(&self) -> Box<dyn GlobalPlanner> {
+        Box::new(Planner::new(self))
+    }
+}
 
 /// The planner.
 #[derive(Debug)]
@@ -57,8 +66,8 @@ impl Planner {
     }
 }
 
-impl GlobalPlanner for Planner {
-    fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
+impl GridPlanner for Planner {
+    fn search(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
         if self.params.heuristic == Heuristic::Octile {
             self.whole.search(&CostPlusOctile::new(problem, self.params.corner_rule), problem, path)
         } else {

@@ -7,9 +7,10 @@
 //!
 //! Departures: the search ends when the goal would be expanded. Cells of escape zones count like any other.
 
+use super::GlobalKind;
 use super::search::{CornerRule, Marks, Moves};
-use super::{Entry, GlobalPlanner, PlanFailure, Problem, Search};
 use crate::map::Cell;
+use crate::plan::contract::{Entry, Failure, GlobalPlanner, GridPlanner, Problem, Search};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +26,7 @@ pub struct Params {
 pub const ENTRY: Entry = Entry {
     summary: "Breadth-first search: the fewest steps, whatever their length.",
     source: "E. F. Moore, The shortest path through a maze, International Symposium on the Theory of Switching, 1959",
+    ..Entry::PLAIN
 };
 
 /// A node that has been met.
@@ -33,6 +35,12 @@ struct Met {
     index: u32,
     /// Place in the queue of the node that it was met from; its own for the start.
     from: u32,
+}
+
+impl GlobalKind for Params {
+    fn build(&self) -> Box<dyn GlobalPlanner> {
+        Box::new(Planner::new(self))
+    }
 }
 
 /// The planner.
@@ -64,8 +72,8 @@ impl Planner {
     }
 }
 
-impl GlobalPlanner for Planner {
-    fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
+impl GridPlanner for Planner {
+    fn search(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
         path.clear();
         if let Err(failure) = problem.check_ends() {
             return Search { result: Err(failure), expanded: 0, generated: 0 };
@@ -76,7 +84,7 @@ impl GlobalPlanner for Planner {
         self.marks.mark(start);
         self.queue.clear();
         self.queue.push(Met { index: start, from: 0 });
-        let (mut at, mut result) = (0, Err(PlanFailure::NoPath));
+        let (mut at, mut result) = (0, Err(Failure::NoPath));
         while at < self.queue.len() {
             let index = self.queue[at].index;
             if index == goal {
@@ -108,7 +116,7 @@ mod tests {
         let mut path = Vec::new();
         let cell = |col, row| Cell { col, row };
         let problem = Problem { grid: &grid, start: cell(0, 0), goal: cell(2, 1) };
-        let search = Planner::new(&Params::default()).plan(&problem, &mut path);
+        let search = Planner::new(&Params::default()).search(&problem, &mut path);
         // Met: (0,0); from it (1,0), (1,1), (0,1); from (1,0): E (2,0), NE (2,1), …: by way of (1,0).
         assert_eq!(path, [cell(0, 0), cell(1, 0), cell(2, 1)]);
         // Expanded before the goal, the sixth one met: (0,0), (1,0), (1,1), (0,1), (2,0).
@@ -127,8 +135,8 @@ mod tests {
             let grid = uninflated(&map);
             let (start, goal) = (random_cell(&mut stream, &map), random_cell(&mut stream, &map));
             let mut path = Vec::new();
-            let search = planner.plan(&Problem { grid: &grid, start, goal }, &mut path);
-            if search.result == Err(PlanFailure::StartOccupied) || search.result == Err(PlanFailure::GoalOccupied) {
+            let search = planner.search(&Problem { grid: &grid, start, goal }, &mut path);
+            if search.result == Err(Failure::StartOccupied) || search.result == Err(Failure::GoalOccupied) {
                 continue;
             }
             // Steps to all cells, by relaxing every step until nothing changes.

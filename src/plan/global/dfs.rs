@@ -6,9 +6,10 @@
 //!
 //! Departures: the search ends when the goal is visited. Cells of escape zones count like any other.
 
+use super::GlobalKind;
 use super::search::{CornerRule, Marks, Moves};
-use super::{Entry, GlobalPlanner, PlanFailure, Problem, Search};
 use crate::map::Cell;
+use crate::plan::contract::{Entry, Failure, GlobalPlanner, GridPlanner, Problem, Search};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +25,14 @@ pub struct Params {
 pub const ENTRY: Entry = Entry {
     summary: "Depth-first search: the first way found, usually very long; shows what ignoring cost does.",
     source: "R. Tarjan, Depth-first search and linear graph algorithms, SIAM Journal on Computing 1(2), 1972",
+    ..Entry::PLAIN
 };
+
+impl GlobalKind for Params {
+    fn build(&self) -> Box<dyn GlobalPlanner> {
+        Box::new(Planner::new(self))
+    }
+}
 
 /// The planner.
 #[derive(Debug)]
@@ -42,8 +50,8 @@ impl Planner {
     }
 }
 
-impl GlobalPlanner for Planner {
-    fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
+impl GridPlanner for Planner {
+    fn search(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
         path.clear();
         if let Err(failure) = problem.check_ends() {
             return Search { result: Err(failure), expanded: 0, generated: 0 };
@@ -72,7 +80,7 @@ impl GlobalPlanner for Planner {
                 }
             }
         }
-        Search { result: Err(PlanFailure::NoPath), expanded: visited, generated: visited }
+        Search { result: Err(Failure::NoPath), expanded: visited, generated: visited }
     }
 }
 
@@ -93,7 +101,7 @@ mod tests {
         let mut planner = Planner::new(&Params::default());
         // East twice, then N to (2, 1), a dead end; back to the start, and N twice.
         let problem = Problem { grid: &grid, start: cell(0, 0), goal: cell(1, 2) };
-        let search = planner.plan(&problem, &mut path);
+        let search = planner.search(&problem, &mut path);
         assert_eq!(path, [cell(0, 0), cell(0, 1), cell(0, 2), cell(1, 2)]);
         // Visited: (0,0), (1,0), (2,0), (2,1), (0,1), (0,2), and the goal.
         assert_eq!((search.expanded, search.generated), (6, 7));
@@ -105,7 +113,7 @@ mod tests {
         let cell = |col, row| Cell { col, row };
         let mut path = Vec::new();
         let problem = Problem { grid: &grid, start: cell(0, 0), goal: cell(0, 1) };
-        Planner::new(&Params::default()).plan(&problem, &mut path);
+        Planner::new(&Params::default()).search(&problem, &mut path);
         // E, E; then N, for E and NE lead outside; N; W; W; then SW, S of (0, 2) is the goal.
         // At (2, 1): E, NE outside, N (2, 2). At (2, 2): W (1, 2). At (1, 2): W (0, 2). At (0, 2): S (0, 1).
         let expected = [cell(0, 0), cell(1, 0), cell(2, 0), cell(2, 1), cell(2, 2), cell(1, 2), cell(0, 2), cell(0, 1)];

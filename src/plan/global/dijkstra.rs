@@ -9,11 +9,13 @@
 //!
 //! When to use it: as a baseline. [`a_star`](super::a_star) finds paths of the same length with fewer expansions.
 
+use super::GlobalKind;
 use super::search::{
     Arrival, Buckets, CornerRule, Cost, MoveTable, Moves, Rule, Ticks, Visit, WholeEntry, WholeSteps, Workspace,
 };
-use super::{Entry, GlobalPlanner, PlanningGrid, Problem, Search};
 use crate::map::Cell;
+use crate::plan::PlanningGrid;
+use crate::plan::contract::{Entry, GlobalPlanner, GridPlanner, Problem, Search};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +31,15 @@ pub struct Params {
 pub const ENTRY: Entry = Entry {
     summary: "Uniform-cost search: shortest grid paths with no estimate of what is left; the reference for the others.",
     source: "E. W. Dijkstra, A note on two problems in connexion with graphs, Numerische Mathematik 1, 1959",
+    exact: true,
+    ..Entry::PLAIN
 };
+
+impl GlobalKind for Params {
+    fn build(&self) -> Box<dyn GlobalPlanner> {
+        Box::new(Planner::new(self))
+    }
+}
 
 /// The planner.
 #[derive(Debug)]
@@ -45,8 +55,8 @@ impl Planner {
     }
 }
 
-impl GlobalPlanner for Planner {
-    fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
+impl GridPlanner for Planner {
+    fn search(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
         let grid = problem.grid;
         let rule = UniformCost { grid, moves: MoveTable::worthwhile(grid, self.params.corner_rule) };
         self.workspace.search(&rule, problem, path)

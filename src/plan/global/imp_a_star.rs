@@ -32,11 +32,13 @@
 //!
 //! Parameters: [`Params`].
 
+use super::GlobalKind;
 use super::search::{Arrival, CornerRule, Cost, Heap, Moves, RealEntry, Rule, Steps, Visit, Workspace};
-use super::{Entry, GlobalPlanner, PlanningGrid, Problem, Search};
 use crate::geometry::Vec2;
 use crate::map::Cell;
 use crate::math;
+use crate::plan::PlanningGrid;
+use crate::plan::contract::{Entry, GlobalPlanner, GridPlanner, Problem, Search};
 use crate::settings::quantity::Fraction;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -97,7 +99,14 @@ impl Default for Params {
 pub const ENTRY: Entry = Entry {
     summary: "Greedy A* with an exponential weight and a reward for steps towards the goal: few expansions, paths not shortest.",
     source: "Gao, Zhang, Liu, Ou, Cheng, Zhu, ImpA*-ImpDWA, AIMS Press, 2025, eq. 2 to 10",
+    ..Entry::PLAIN
 };
+
+impl GlobalKind for Params {
+    fn build(&self) -> Box<dyn GlobalPlanner> {
+        Box::new(Planner::new(self))
+    }
+}
 
 /// The planner.
 #[derive(Debug)]
@@ -113,8 +122,8 @@ impl Planner {
     }
 }
 
-impl GlobalPlanner for Planner {
-    fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
+impl GridPlanner for Planner {
+    fn search(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
         self.workspace.search(&Leaning::new(problem, &self.params), problem, path)
     }
 }
@@ -305,9 +314,9 @@ mod tests {
             let problem =
                 Problem { grid: &grid, start: random_cell(&mut stream, &map), goal: random_cell(&mut stream, &map) };
             let (mut path, mut reference_path) = (Vec::new(), Vec::new());
-            let expected = reference.plan(&problem, &mut reference_path);
-            assert_eq!((plain.plan(&problem, &mut path), &path), (expected, &reference_path));
-            let search = printed.plan(&problem, &mut path);
+            let expected = reference.as_grid().expect("cells").search(&problem, &mut reference_path);
+            assert_eq!((&plain.search(&problem, &mut path), &path), (&expected, &reference_path));
+            let search = printed.search(&problem, &mut path);
             assert_eq!(search.result, expected.result);
             if search.result.is_ok() {
                 expanded += search.expanded;

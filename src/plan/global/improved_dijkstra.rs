@@ -19,11 +19,13 @@
 //!
 //! Parameters: [`Params`].
 
+use super::GlobalKind;
 use super::search::{
     Arrival, Buckets, CornerRule, Cost, MoveTable, Moves, Rule, Ticks, Visit, WholeEntry, WholeSteps, Workspace,
 };
-use super::{Entry, GlobalPlanner, PlanningGrid, Problem, Search};
 use crate::map::Cell;
+use crate::plan::PlanningGrid;
+use crate::plan::contract::{Entry, GlobalPlanner, GridPlanner, Problem, Search};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -40,7 +42,15 @@ pub const ENTRY: Entry = Entry {
     summary: "Dijkstra without symmetric detours, a stand-in for the improved Dijkstra that gao2025 lists as IDA*: shortest grid paths.",
     source: "stand-in for Li, Liu, Yao, 2019 (reference 15 of gao2025), with the neighbours of D. Harabor, A. Grastien, \
              Online graph pruning for pathfinding on grid maps, AAAI 2011",
+    exact: true,
+    ..Entry::PLAIN
 };
+
+impl GlobalKind for Params {
+    fn build(&self) -> Box<dyn GlobalPlanner> {
+        Box::new(Planner::new(self))
+    }
+}
 
 /// The planner.
 #[derive(Debug)]
@@ -56,8 +66,8 @@ impl Planner {
     }
 }
 
-impl GlobalPlanner for Planner {
-    fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
+impl GridPlanner for Planner {
+    fn search(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
         let grid = problem.grid;
         let rule = WithoutSymmetry { grid, moves: MoveTable::natural_and_forced(grid, self.params.corner_rule) };
         self.workspace.search(&rule, problem, path)

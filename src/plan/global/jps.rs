@@ -37,12 +37,14 @@
 //!
 //! When to use it: wherever only the length of the path counts. On maps with many single obstacles it gains least.
 
+use super::GlobalKind;
 use super::a_star::CostPlusOctile;
 use super::search::{
     Buckets, CornerRule, Cost, Entry as _, Heap, Move, Moves, Priority, Ticks, WholeEntry, WholeSteps, Workspace,
 };
-use super::{Entry, GlobalPlanner, PlanFailure, PlanningGrid, Problem, Search};
 use crate::map::Cell;
+use crate::plan::PlanningGrid;
+use crate::plan::contract::{Entry, Failure, GlobalPlanner, GridPlanner, Problem, Search};
 use crate::plan::grid::PASSABLE;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -58,7 +60,15 @@ pub const ENTRY: Entry = Entry {
     summary: "Jump point search: paths as short as those of a_star in a fraction of the time; no corners are cut.",
     source: "D. Harabor, A. Grastien, Online Graph Pruning for Pathfinding on Grid Maps, AAAI 2011; \
              Improving Jump Point Search, ICAPS 2014",
+    exact: true,
+    ..Entry::PLAIN
 };
+
+impl GlobalKind for Params {
+    fn build(&self) -> Box<dyn GlobalPlanner> {
+        Box::new(Planner::new(self))
+    }
+}
 
 /// The planner.
 #[derive(Debug, Default)]
@@ -171,8 +181,8 @@ impl Planner {
     }
 }
 
-impl GlobalPlanner for Planner {
-    fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
+impl GridPlanner for Planner {
+    fn search(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
         let grid = problem.grid;
         if grid.has_escape_zone() {
             return self.plain.search(&CostPlusOctile::new(problem, CornerRule::Forbid), problem, path);
@@ -216,7 +226,7 @@ impl GlobalPlanner for Planner {
                 }
             }
         }
-        Search { result: Err(PlanFailure::NoPath), expanded, generated: self.pushed }
+        Search { result: Err(Failure::NoPath), expanded, generated: self.pushed }
     }
 }
 
@@ -429,8 +439,8 @@ mod tests {
                 let (start, goal) = (random_cell(&mut stream, &map), random_cell(&mut stream, &map));
                 let problem = Problem { grid: &grid, start, goal };
                 let (mut path, mut expected_path) = (vec![start; 3], Vec::new());
-                let search = planner.plan(&problem, &mut path);
-                let expected = reference.plan(&problem, &mut expected_path);
+                let search = planner.search(&problem, &mut path);
+                let expected = reference.as_grid().expect("cells").search(&problem, &mut expected_path);
                 assert_eq!(search.result, expected.result);
                 assert_eq!(path.is_empty(), search.result.is_err());
                 if search.result.is_ok() {
@@ -480,7 +490,7 @@ mod tests {
         let (_, grid) = drawn(&["....", "....", "...."]);
         let (start, goal) = (Cell { col: 0, row: 0 }, Cell { col: 3, row: 1 });
         let mut path = Vec::new();
-        let search = Planner::default().plan(&Problem { grid: &grid, start, goal }, &mut path);
+        let search = Planner::default().search(&Problem { grid: &grid, start, goal }, &mut path);
         assert_eq!((search.result, search.expanded, search.generated), (Ok(()), 1, 2));
         assert_eq!(path, [start, Cell { col: 1, row: 1 }, Cell { col: 2, row: 1 }, goal]);
     }
@@ -493,8 +503,8 @@ mod tests {
         let problem = Problem { grid: &grid, start, goal };
         let (mut path, mut expected_path) = (Vec::new(), Vec::new());
         let mut reference = GlobalChoice::by_name("a_star").expect("defaults").build();
-        let expected = reference.plan(&problem, &mut expected_path);
-        assert_eq!(Planner::default().plan(&problem, &mut path), expected);
+        let expected = reference.as_grid().expect("cells").search(&problem, &mut expected_path);
+        assert_eq!(Planner::default().search(&problem, &mut path), expected);
         assert_eq!(path, expected_path);
     }
 

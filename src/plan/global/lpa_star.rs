@@ -37,9 +37,11 @@
 //!
 //! When to use it: with replanning on a map that changes here and there. Without, `a_star` does the same with less.
 
+use super::GlobalKind;
 use super::search::{CornerRule, Cost, Move, Moves, Ticks, step_factor};
-use super::{Entry, GlobalPlanner, PlanFailure, PlanningGrid, Problem, Search};
 use crate::map::Cell;
+use crate::plan::PlanningGrid;
+use crate::plan::contract::{Entry, Failure, GlobalPlanner, GridPlanner, Problem, Search};
 use crate::plan::grid::PASSABLE;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -58,6 +60,8 @@ pub struct Params {
 pub const ENTRY: Entry = Entry {
     summary: "Lifelong Planning A*: shortest grid paths, repaired instead of searched again when the map has changed.",
     source: "S. Koenig, M. Likhachev, D. Furcy, Lifelong Planning A*, Artificial Intelligence 155, 2004",
+    exact: true,
+    ..Entry::PLAIN
 };
 
 /// The distance of a node that no way is known to; above that of any path.
@@ -77,6 +81,12 @@ const LAST: Key = (UNREACHED, UNREACHED);
 
 /// Cells that are compared at once to find those that changed.
 const COMPARED: usize = 256;
+
+impl GlobalKind for Params {
+    fn build(&self) -> Box<dyn GlobalPlanner> {
+        Box::new(Planner::new(self))
+    }
+}
 
 /// The planner.
 #[derive(Debug)]
@@ -288,8 +298,8 @@ fn stepped(grid: &PlanningGrid, distance: Ticks, a: u32, b: u32, step: Move) -> 
     distance.stepped(step.is_diagonal(), factor)
 }
 
-impl GlobalPlanner for Planner {
-    fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
+impl GridPlanner for Planner {
+    fn search(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
         path.clear();
         if let Err(failure) = problem.check_ends() {
             return Search { result: Err(failure), expanded: 0, generated: 0 };
@@ -303,7 +313,7 @@ impl GlobalPlanner for Planner {
         if is_reached {
             self.trace(grid, start, path);
         }
-        let result = if is_reached { Ok(()) } else { Err(PlanFailure::NoPath) };
+        let result = if is_reached { Ok(()) } else { Err(Failure::NoPath) };
         Search { result, expanded, generated: self.pushed }
     }
 
@@ -337,34 +347,34 @@ mod tests {
         let mut planner = Planner::new(&Params::default());
         let mut path = Vec::new();
         let (start, goal) = (cell(0, 0), cell(5, 0));
-        let search = planner.plan(&Problem { grid: &grid, start, goal }, &mut path);
+        let search = planner.search(&Problem { grid: &grid, start, goal }, &mut path);
         // Straight along the row: the goal, four cells and the start are expanded, the start last.
         assert_eq!((search.result, search.expanded, path.len()), (Ok(()), 6, 6));
-        let search = planner.plan(&Problem { grid: &grid, start, goal }, &mut path);
+        let search = planner.search(&Problem { grid: &grid, start, goal }, &mut path);
         assert_eq!((search.expanded, path.len()), (0, 6));
         // The robot has moved on: its cell is right already.
-        let search = planner.plan(&Problem { grid: &grid, start: cell(2, 0), goal }, &mut path);
+        let search = planner.search(&Problem { grid: &grid, start: cell(2, 0), goal }, &mut path);
         assert_eq!((search.expanded, path.len()), (0, 4));
         // A cell behind the robot changes nothing for it.
         let mut behind = map.clone();
         behind.set_occupied(cell(0, 0));
         let grid = uninflated(&behind);
-        let search = planner.plan(&Problem { grid: &grid, start: cell(2, 0), goal }, &mut path);
+        let search = planner.search(&Problem { grid: &grid, start: cell(2, 0), goal }, &mut path);
         assert_eq!((search.expanded, path.len()), (0, 4));
         // One ahead sends it round by the other row: two diagonal steps are not allowed beside it.
         let mut ahead = behind.clone();
         ahead.set_occupied(cell(3, 0));
         let grid = uninflated(&ahead);
-        let search = planner.plan(&Problem { grid: &grid, start: cell(2, 0), goal }, &mut path);
+        let search = planner.search(&Problem { grid: &grid, start: cell(2, 0), goal }, &mut path);
         assert!(search.expanded > 0);
         assert_eq!(path, [cell(2, 0), cell(2, 1), cell(3, 1), cell(4, 1), cell(5, 0)]);
         // Walled off, and opened again.
         let mut walled = ahead.clone();
         walled.set_occupied(cell(3, 1));
         let problem_grid = uninflated(&walled);
-        let search = planner.plan(&Problem { grid: &problem_grid, start: cell(2, 0), goal }, &mut path);
-        assert_eq!((search.result, path.len()), (Err(PlanFailure::NoPath), 0));
-        let search = planner.plan(&Problem { grid: &grid, start: cell(2, 0), goal }, &mut path);
+        let search = planner.search(&Problem { grid: &problem_grid, start: cell(2, 0), goal }, &mut path);
+        assert_eq!((search.result, path.len()), (Err(Failure::NoPath), 0));
+        let search = planner.search(&Problem { grid: &grid, start: cell(2, 0), goal }, &mut path);
         assert_eq!((search.result, path.len()), (Ok(()), 5));
     }
 
@@ -398,8 +408,8 @@ mod tests {
                 }
                 let problem = Problem { grid: &grid, start, goal };
                 let (mut path, mut expected_path) = (Vec::new(), Vec::new());
-                let search = planner.plan(&problem, &mut path);
-                let expected = fresh.plan(&problem, &mut expected_path);
+                let search = planner.search(&problem, &mut path);
+                let expected = fresh.as_grid().expect("cells").search(&problem, &mut expected_path);
                 assert_eq!(search.result, expected.result);
                 if search.result.is_ok() {
                     assert_eq!((path[0], path[path.len() - 1]), (start, goal));
@@ -435,7 +445,7 @@ mod tests {
                 now.set_occupied(Cell { col: 1 + stream.index(28) as i32, row: 1 + stream.index(28) as i32 });
             }
             let grid = uninflated(&now);
-            let search = planner.plan(&Problem { grid: &grid, start, goal }, &mut path);
+            let search = planner.search(&Problem { grid: &grid, start, goal }, &mut path);
             assert!(planner.queue.len() as u64 <= 32 * 32 + search.generated, "{}", planner.queue.len());
         }
     }

@@ -39,9 +39,9 @@ pub use moves::CornerRule;
 pub(super) use moves::{Move, MoveTable, Moves};
 pub(super) use open::{Buckets, Entry, Heap, Priority, RealEntry, WholeEntry, WholeSteps};
 
-use super::{PlanFailure, Problem, Search};
 use crate::map::Cell;
 use crate::plan::PlanningGrid;
+use crate::plan::contract::{Failure, Problem, Search};
 use crate::plan::grid::{ESCAPE, ESCAPE_FACTOR};
 use open::OpenList;
 
@@ -213,7 +213,7 @@ impl<C: Cost, O: OpenList> Workspace<C, O> {
         R::Priority: Priority<C, Entry = O::Entry>,
     {
         path.clear();
-        let mut search = Search { result: Err(PlanFailure::NoPath), expanded: 0, generated: 0 };
+        let mut search = Search { result: Err(Failure::NoPath), expanded: 0, generated: 0 };
         if let Err(failure) = problem.check_ends() {
             search.result = Err(failure);
             return search;

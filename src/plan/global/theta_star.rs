@@ -20,9 +20,10 @@
 //! escape zones (simrun's own) nothing is cut: there the path keeps to the cells' centres, at ten
 //! times the cost.
 
+use super::GlobalKind;
 use super::search::{Arrival, Buckets, CornerRule, Move, Moves, Nodes, RealEntry, Rule, Visit, Workspace};
-use super::{Entry, GlobalPlanner, Problem, Search};
 use crate::map::Cell;
+use crate::plan::contract::{Entry, GlobalPlanner, GridPlanner, Problem, Search};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -36,7 +37,15 @@ pub const ENTRY: Entry = Entry {
     summary: "A* with parents in sight instead of neighbours: any-angle paths, near the shortest and with few bends.",
     source: "A. Nash, K. Daniel, S. Koenig, A. Felner, Theta*: Any-Angle Path Planning on Grids, AAAI 2007; \
              Journal of Artificial Intelligence Research 39, 2010",
+    any_angle: true,
+    ..Entry::PLAIN
 };
+
+impl GlobalKind for Params {
+    fn build(&self) -> Box<dyn GlobalPlanner> {
+        Box::new(Planner::new(self))
+    }
+}
 
 /// The planner.
 #[derive(Debug)]
@@ -51,8 +60,8 @@ impl Planner {
     }
 }
 
-impl GlobalPlanner for Planner {
-    fn plan(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
+impl GridPlanner for Planner {
+    fn search(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search {
         self.workspace.search(&ParentInSight { problem }, problem, path)
     }
 }

@@ -34,130 +34,11 @@
 //!
 //! Parameters: [`Params`].
 
-use super::window::{DistanceMode, DynamicWindow, Rollouts, Score};
-use super::{Decision, Entry, Guidance, LocalPlanner};
-use crate::geometry::{Pose, Twist, Vec2};
-use crate::math;
-use crate::observation::Observation;
+use super::LocalKind;
+use super::window::params::window_params;
+use super::window::{DynamicWindow, Score};
+use crate::plan::contract::{Decision, Entry, Failure, Guidance, LocalPlanner, Situation, State};
 use crate::settings::quantity::NonNegative;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-/// Where along a rollout the heading is judged.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum HeadingAt {
-    /// At its end, as the five papers print it.
-    #[default]
-    Horizon,
-    /// Where the robot would stand if it braked after the next tick (Fox et al. 1997).
-    Stop,
-}
-
-/// Makes the parameters of a planner that weighs the window's rollouts: its own ones, then those of the window and
-/// of what [`Terms`] measures, which mean the same for all. `predict_dynamic` has to be among its own ones, since its default
-/// differs.
-macro_rules! window_params {
-    ($(#[$about:meta])* pub struct Params { $($(#[$doc:meta])* pub $field:ident: $type:ty = $default:expr,)* }) => {
-        $(#[$about])*
-        #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-        #[serde(deny_unknown_fields, default)]
-        pub struct Params {
-            $($(#[$doc])* pub $field: $type,)*
-            /// Time predicted, s, rounded to whole control periods. Longer sees farther and admits less. Default 3.
-            pub horizon_s: $crate::settings::quantity::Positive,
-            /// Step between sampled speeds, m/s; without it `speed_samples` counts. The papers' scenarios use 0.01 to 0.02.
-            pub speed_step_mps: Option<$crate::settings::quantity::Positive>,
-            /// Step between sampled yaw rates, rad/s; without it `yaw_rate_samples` counts.
-            pub yaw_rate_step_radps: Option<$crate::settings::quantity::Positive>,
-            /// Sampled speeds, evenly over the window. A count fits the window of any robot and bounds the cost of a
-            /// decision; more than a few change little. Default 11 (every 0.01 m/s at 0.5 m/s²).
-            pub speed_samples: $crate::settings::quantity::Samples,
-            /// Sampled yaw rates, evenly over the window. Default 21 (every 0.02 rad/s at 2 rad/s²).
-            pub yaw_rate_samples: $crate::settings::quantity::Samples,
-            /// How a rollout moves. Default `euler`.
-            pub prediction: $crate::plan::local::window::Prediction,
-            /// Where the clearance of a rollout is taken. Default `path_min`.
-            pub dist_mode: $crate::plan::local::window::DistanceMode,
-            /// Clearance above which a rollout is no better, m. Default 0.5.
-            pub d_cap_m: $crate::settings::quantity::Positive,
-            /// Where the heading of a rollout is judged. Default `horizon`.
-            pub heading_at: $crate::plan::local::dwa::HeadingAt,
-            /// The distance in which the robot must be able to stop. Default `arc`.
-            pub va_distance: $crate::plan::local::window::BrakingDistance,
-            /// How that rule bounds the yaw rate. Default `printed`.
-            pub va_angular: $crate::plan::local::window::BrakingTurn,
-            /// Whether that distance is cut as well, which caps the speed at √(2 a d), as in the demo the papers' numbers
-            /// come from. Default false.
-            pub va_uses_clip: bool,
-            /// Where it is cut, m; `d_cap_m` where absent.
-            pub va_clip_m: Option<$crate::settings::quantity::Positive>,
-        }
-
-        impl Default for Params {
-            fn default() -> Self {
-                use $crate::plan::local::{dwa, window};
-                use $crate::settings::quantity::{Positive, Samples};
-                Self {
-                    $($field: $default,)*
-                    horizon_s: Positive::new(3.0),
-                    speed_step_mps: None,
-                    yaw_rate_step_radps: None,
-                    speed_samples: Samples::new(11),
-                    yaw_rate_samples: Samples::new(21),
-                    prediction: window::Prediction::Euler,
-                    dist_mode: window::DistanceMode::PathMin,
-                    d_cap_m: Positive::new(0.5),
-                    heading_at: dwa::HeadingAt::Horizon,
-                    va_distance: window::BrakingDistance::Arc,
-                    va_angular: window::BrakingTurn::Printed,
-                    va_uses_clip: false,
-                    va_clip_m: None,
-                }
-            }
-        }
-
-        impl Params {
-            /// The settings of the window that these parameters describe.
-            fn window(&self) -> $crate::plan::local::window::Settings {
-                use $crate::plan::local::window::{Settings, Spacing};
-                use $crate::settings::quantity::{Positive, Samples};
-                let spacing = |step: Option<Positive>, samples: Samples| {
-                    step.map_or(Spacing::Count(samples.get()), |step| Spacing::Step(step.get()))
-                };
-                Settings {
-                    horizon_s: self.horizon_s.get(),
-                    prediction: self.prediction,
-                    speed: spacing(self.speed_step_mps, self.speed_samples),
-                    yaw_rate: spacing(self.yaw_rate_step_radps, self.yaw_rate_samples),
-                    predict_dynamic: self.predict_dynamic,
-                    clearance_cap_m: self.d_cap_m.get(),
-                    braking_distance: self.va_distance,
-                    braking_clip_m: self.va_uses_clip.then(|| self.va_clip_m.unwrap_or(self.d_cap_m).get()),
-                    braking_turn: self.va_angular,
-                }
-            }
-
-            /// What these parameters make of the rollouts of one cycle.
-            fn terms<'a>(
-                &self,
-                rollouts: &'a $crate::plan::local::window::Rollouts,
-                observation: &'a $crate::observation::Observation<'a>,
-                target: $crate::geometry::Vec2,
-            ) -> $crate::plan::local::dwa::Terms<'a> {
-                $crate::plan::local::dwa::Terms {
-                    rollouts,
-                    observation,
-                    target,
-                    heading_at: self.heading_at,
-                    dist_mode: self.dist_mode,
-                    d_cap_m: self.d_cap_m.get(),
-                }
-            }
-        }
-    };
-}
-pub(super) use window_params;
 
 window_params! {
     /// Parameters of `dwa`.
@@ -178,7 +59,16 @@ window_params! {
 pub const ENTRY: Entry = Entry {
     summary: "Dynamic window: the best of the twists within reach by heading, clearance and speed; for open space or under a global path.",
     source: "D. Fox, W. Burgard, S. Thrun, The dynamic window approach to collision avoidance, IEEE Robotics & Automation Magazine 4(1), 1997",
+    reacts_to_movers: true,
+    states: &[State::TRACK, State::RECOVER],
+    ..Entry::PLAIN
 };
+
+impl LocalKind for Params {
+    fn build(&self) -> Box<dyn LocalPlanner> {
+        Box::new(Planner::new(self))
+    }
+}
 
 /// The planner.
 #[derive(Clone, Debug)]
@@ -196,95 +86,42 @@ impl Planner {
 }
 
 impl LocalPlanner for Planner {
-    fn decide(&mut self, observation: &Observation<'_>, guidance: &Guidance<'_>) -> Decision {
+    fn decide(&mut self, situation: &Situation<'_>, guidance: &Guidance<'_>) -> Result<Decision, Failure> {
         let params = &self.params;
-        let rollouts = self.window.roll(observation);
-        let terms = params.terms(rollouts, observation, guidance.sub_goal);
+        let rollouts = self.window.roll(situation);
+        let terms = params.terms(rollouts, situation, guidance.sub_goal);
         let mut score = self.score.over(rollouts);
         score.add(params.heading_weight.get(), |i| terms.heading(i));
         score.add(params.distance_weight.get(), |i| terms.distance_m(i));
         score.add(params.velocity_weight.get(), |i| terms.velocity_mps(i));
         let best = score.best();
-        self.window.decide(best, observation, guidance.sub_goal)
+        Ok(self.window.decide(best, situation, guidance.sub_goal))
     }
 
     fn reset(&mut self) {
         self.window.reset();
     }
-}
 
-/// The terms of the objective that every planner over the window shares, for the rollouts of one cycle.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Terms<'a> {
-    pub rollouts: &'a Rollouts,
-    pub observation: &'a Observation<'a>,
-    pub target: Vec2,
-    pub heading_at: HeadingAt,
-    pub dist_mode: DistanceMode,
-    pub d_cap_m: f64,
-}
-
-impl Terms<'_> {
-    /// heading of rollout `i`, rad: π where it points to the target, 0 where it points away.
-    pub fn heading(&self, i: usize) -> f64 {
-        heading(self.judged_pose(i), self.target)
+    fn entry(&self) -> &'static Entry {
+        &ENTRY
     }
-
-    /// dist of rollout `i`, m: its clearance, cut at the cap.
-    pub fn distance_m(&self, i: usize) -> f64 {
-        math::min(self.rollouts.clearance_m(i, self.dist_mode), self.d_cap_m)
-    }
-
-    /// velocity of rollout `i`, m/s: 0 where it reverses.
-    pub fn velocity_mps(&self, i: usize) -> f64 {
-        math::max(self.rollouts.twist(i).v, 0.0)
-    }
-
-    /// Where rollout `i` is judged for its heading.
-    fn judged_pose(&self, i: usize) -> Pose {
-        match self.heading_at {
-            HeadingAt::Horizon => self.rollouts.end(i),
-            HeadingAt::Stop => {
-                // One tick, then an arc as long as the braking distance that turns as far as the braking of the yaw rate.
-                let (twist, robot) = (self.rollouts.twist(i), self.observation.robot);
-                let braking = Twist {
-                    v: twist.v * twist.v.abs() / (2.0 * robot.deceleration_mps2),
-                    omega: twist.omega * twist.omega.abs() / (2.0 * robot.yaw_acceleration_radps2),
-                };
-                self.observation.pose.advance(twist, self.observation.dt_s).advance(braking, 1.0)
-            }
-        }
-    }
-}
-
-/// π less the angle between the heading of `pose` and the line to `target`, rad: π where it points there.
-fn heading(pose: Pose, target: Vec2) -> f64 {
-    math::PI - pose.bearing_to(target).abs()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::{Pose, Vec2};
     use crate::map::{Cell, OccupancyGrid};
+    use crate::math;
     use crate::observation::SensedObstacle;
-    use crate::plan::local::Mode;
     use crate::plan::local::tests::{Course, Drive};
-    use crate::plan::local::window::{BrakingDistance, Spacing};
+    use crate::plan::local::window::{BrakingDistance, HeadingAt, Spacing};
     use crate::rng::{EpisodeSeed, Purpose, Stream};
     use crate::robot::Robot;
 
     fn drive(course: &Course, params: &Params, ticks: u32) -> Drive {
         let mut planner = Planner::new(params);
-        course.drive(ticks, |observation, guidance| planner.decide(observation, guidance))
-    }
-
-    #[test]
-    fn heading_is_pi_towards_the_target_and_zero_away_from_it() {
-        let pose = Pose::new(1.0, 1.0, math::FRAC_PI_2);
-        assert!((heading(pose, Vec2::new(1.0, 3.0)) - math::PI).abs() < 1e-12);
-        assert!(heading(pose, Vec2::new(1.0, 0.0)).abs() < 1e-12);
-        assert!((heading(pose, Vec2::new(5.0, 1.0)) - math::FRAC_PI_2).abs() < 1e-12);
-        assert_eq!(heading(pose, pose.position), math::PI);
+        course.drive(ticks, |situation, guidance| planner.decide(situation, guidance))
     }
 
     #[test]
@@ -297,7 +134,7 @@ mod tests {
             for heading_at in [HeadingAt::Horizon, HeadingAt::Stop] {
                 let drive = drive(&course, &Params { heading_at, ..Params::default() }, 400);
                 assert!(drive.arrived, "{heading_at:?} from {start:?} to {:?}", course.path.end());
-                assert!(drive.decisions.iter().all(|decision| decision.mode == Mode::Track));
+                assert!(drive.decisions.iter().all(|decision| decision.state == State::TRACK));
             }
         }
     }
@@ -389,7 +226,7 @@ mod tests {
     /// A mover that crosses 4 m ahead, so that it and a robot that does not yield meet.
     fn crossing() -> Course {
         let mut course = Course::open(Pose::new(10.0, 20.0, 0.0), Vec2::new(20.0, 20.0));
-        course.movers = vec![SensedObstacle::disc(Vec2::new(14.0, 25.2), Vec2::new(0.0, -1.0), 0.3)];
+        course.movers = vec![SensedObstacle::disc(0, Vec2::new(14.0, 25.2), Vec2::new(0.0, -1.0), 0.3)];
         course
     }
 
@@ -414,10 +251,10 @@ mod tests {
             course.movers = crossing().movers;
             // A planner that has driven elsewhere, a new one, and a new one at every tick: the same bits.
             used.reset();
-            let after = course.drive(150, |observation, guidance| used.decide(observation, guidance));
+            let after = course.drive(150, |situation, guidance| used.decide(situation, guidance));
             assert_eq!(after, drive(&course, &Params::default(), 150));
-            let forgetful = course
-                .drive(150, |observation, guidance| Planner::new(&Params::default()).decide(observation, guidance));
+            let forgetful =
+                course.drive(150, |situation, guidance| Planner::new(&Params::default()).decide(situation, guidance));
             assert_eq!(after, forgetful);
         }
     }

@@ -27,11 +27,11 @@
 //!
 //! Parameters: [`Params`].
 
-use super::dwa::window_params;
+use super::LocalKind;
+use super::window::params::window_params;
 use super::window::{DynamicWindow, Score};
-use super::{Decision, Entry, Guidance, LocalPlanner};
 use crate::math;
-use crate::observation::Observation;
+use crate::plan::contract::{Decision, Entry, Failure, Guidance, LocalPlanner, Situation, State};
 use crate::settings::quantity::NonNegative;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -98,7 +98,16 @@ impl Params {
 pub const ENTRY: Entry = Entry {
     summary: "Dynamic window that predicts movers, prizes speed more in open space and is pulled towards its target.",
     source: "Gao, Zhang, Liu, Ou, Cheng, Zhu, ImpA*-ImpDWA, AIMS Press, 2025, eq. 26 and 27",
+    reacts_to_movers: true,
+    states: &[State::TRACK, State::RECOVER],
+    ..Entry::PLAIN
 };
+
+impl LocalKind for Params {
+    fn build(&self) -> Box<dyn LocalPlanner> {
+        Box::new(Planner::new(self))
+    }
+}
 
 /// The planner.
 #[derive(Clone, Debug)]
@@ -116,24 +125,28 @@ impl Planner {
 }
 
 impl LocalPlanner for Planner {
-    fn decide(&mut self, observation: &Observation<'_>, guidance: &Guidance<'_>) -> Decision {
+    fn decide(&mut self, situation: &Situation<'_>, guidance: &Guidance<'_>) -> Result<Decision, Failure> {
         let params = &self.params;
         let (velocity_weight, goal_weight) = params.velocity_and_goal_weight();
         let d2_m = d2_m(params.d2_mode, guidance);
         let target = guidance.sub_goal;
-        let rollouts = self.window.roll(observation);
-        let terms = params.terms(rollouts, observation, target);
+        let rollouts = self.window.roll(situation);
+        let terms = params.terms(rollouts, situation, target);
         let mut score = self.score.over(rollouts);
         score.add(params.heading_weight.get(), |i| terms.heading(i));
         score.add(params.distance_weight.get(), |i| terms.distance_m(i));
         score.add_weighted(|i| velocity_weight * openness(terms.distance_m(i), d2_m), |i| terms.velocity_mps(i));
         score.add(goal_weight, |i| nearness((rollouts.end(i).position - target).norm()));
         let best = score.best();
-        self.window.decide(best, observation, target)
+        Ok(self.window.decide(best, situation, target))
     }
 
     fn reset(&mut self) {
         self.window.reset();
+    }
+
+    fn entry(&self) -> &'static Entry {
+        &ENTRY
     }
 }
 
@@ -162,14 +175,14 @@ mod tests {
     use crate::geometry::{Path, Pose, Twist, Vec2, direction};
     use crate::map::{Cell, OccupancyGrid};
     use crate::observation::{Belief, SensedObstacle};
+    use crate::plan::local::dwa;
     use crate::plan::local::tests::{Course, Drive};
-    use crate::plan::local::{Mode, dwa};
     use crate::rng::{EpisodeSeed, Purpose};
     use crate::robot::Robot;
 
     fn drive(course: &Course, params: &Params, ticks: u32) -> Drive {
         let mut planner = Planner::new(params);
-        course.drive(ticks, |observation, guidance| planner.decide(observation, guidance))
+        course.drive(ticks, |situation, guidance| planner.decide(situation, guidance))
     }
 
     #[test]
@@ -185,12 +198,10 @@ mod tests {
         let point = |x, y| Vec2::new(x, y);
         let path = Path::polyline(&[point(0.0, 0.0), point(3.0, 4.0), point(3.0, 10.0), point(12.0, 5.0)]);
         let guidance = |previous_node, sub_goal| Guidance {
-            path: &path,
-            progress_m: 0.0,
             previous_node,
             sub_goal,
             is_last: false,
-            path_revision: 0,
+            ..Guidance::to_end(&path, 0.0)
         };
         let second = guidance(point(3.0, 4.0), point(3.0, 10.0));
         assert_eq!((d2_m(D2Mode::Segment, &second), d2_m(D2Mode::Global, &second)), (6.0, 13.0)); // 5-12-13
@@ -219,9 +230,9 @@ mod tests {
     }
 
     /// Written out once more: the best of the admissible rollouts by eq. 26.
-    fn best_by_the_formula(params: &Params, observation: &Observation<'_>, guidance: &Guidance<'_>) -> Option<Twist> {
+    fn best_by_the_formula(params: &Params, situation: &Situation<'_>, guidance: &Guidance<'_>) -> Option<Twist> {
         let mut window = DynamicWindow::new(params.window());
-        let rollouts = window.roll(observation);
+        let rollouts = window.roll(situation);
         let d2 = math::max((guidance.sub_goal - guidance.previous_node).norm(), 1.0);
         let all: Vec<usize> = rollouts.admissible().collect();
         let terms: Vec<[f64; 4]> = all
@@ -261,37 +272,21 @@ mod tests {
             let robot = Robot::default();
             let mut point = || Vec2::new(stream.range(1.0, 19.0), stream.range(1.0, 19.0));
             let (start, previous_node, goal) = (point(), point(), point());
-            let mover = SensedObstacle::disc(point(), 0.1 * (point() - point()), 0.3);
+            let mover = SensedObstacle::disc(0, point(), 0.1 * (point() - point()), 0.3);
             let pose = Pose::new(start.x, start.y, stream.range(-3.0, 3.0));
             let twist = Twist { v: stream.uniform(), omega: stream.range(-1.0, 1.0) };
             let path = Path::polyline(&[start, goal]);
-            let observation = Observation {
-                tick: 0,
-                dt_s: 0.1,
-                pose,
-                twist,
-                belief: &belief,
-                obstacles: &[mover],
-                scan: None,
-                goal,
-                robot: &robot,
-            };
-            let guidance = Guidance {
-                path: &path,
-                progress_m: 0.0,
-                previous_node,
-                sub_goal: goal,
-                is_last: true,
-                path_revision: 0,
-            };
+            let movers = [mover];
+            let situation = Situation { twist, obstacles: &movers, ..Situation::new(&robot, &belief, pose, goal) };
+            let guidance = Guidance { previous_node, ..Guidance::to_end(&path, 0.0) };
             let params = Params::default();
-            let decision = Planner::new(&params).decide(&observation, &guidance);
-            match best_by_the_formula(&params, &observation, &guidance) {
+            let decision = Planner::new(&params).decide(&situation, &guidance).expect("an answer");
+            match best_by_the_formula(&params, &situation, &guidance) {
                 Some(best) => {
-                    assert_eq!((decision.command, decision.mode), (best, Mode::Track));
+                    assert_eq!((decision.command, decision.state), (best, State::TRACK));
                     tracked += 1;
                 }
-                None => assert_eq!(decision.mode, Mode::Recover),
+                None => assert_eq!(decision.state, State::RECOVER),
             }
         }
         assert!(tracked > 150, "{tracked}");
@@ -315,7 +310,7 @@ mod tests {
     #[test]
     fn it_gives_way_to_a_crossing_mover_unless_prediction_is_off() {
         let mut course = Course::open(Pose::new(10.0, 20.0, 0.0), Vec2::new(20.0, 20.0));
-        course.movers = vec![SensedObstacle::disc(Vec2::new(14.0, 25.2), Vec2::new(0.0, -1.0), 0.3)];
+        course.movers = vec![SensedObstacle::disc(0, Vec2::new(14.0, 25.2), Vec2::new(0.0, -1.0), 0.3)];
         let predicting = drive(&course, &Params::default(), 400);
         assert!(predicting.arrived && predicting.clearance_m > 0.0, "{}", predicting.clearance_m);
         let frozen = drive(&course, &Params { predict_dynamic: false, ..Params::default() }, 400);

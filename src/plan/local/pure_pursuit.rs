@@ -22,10 +22,10 @@
 //!
 //! Parameters: [`Params`].
 
-use super::{Decision, Entry, Guidance, LocalPlanner, turn_on_the_spot};
+use super::{LocalKind, turn_in_place};
 use crate::geometry::{Path, Pose, Twist, Vec2};
 use crate::math;
-use crate::observation::Observation;
+use crate::plan::contract::{Decision, Entry, Failure, Guidance, LocalPlanner, Situation, State};
 use crate::robot::Robot;
 use crate::settings::quantity::Positive;
 use schemars::JsonSchema;
@@ -49,12 +49,20 @@ impl Default for Params {
 pub const ENTRY: Entry = Entry {
     summary: "Pure pursuit: tracks the path and avoids nothing; to judge a global planner by its path alone.",
     source: "R. C. Coulter, Implementation of the pure pursuit path tracking algorithm, CMU-RI-TR-92-01, 1992",
+    states: &[State::TRACK],
+    ..Entry::PLAIN
 };
 
 /// A robot at rest turns on the spot until the look-ahead point is within this bearing, rad.
 const ALIGNED_RAD: f64 = 0.3;
 
-/// The planner. It has no state: its answer depends on the observation and the guidance alone.
+impl LocalKind for Params {
+    fn build(&self) -> Box<dyn LocalPlanner> {
+        Box::new(Planner::new(self))
+    }
+}
+
+/// The planner. It has no state: its answer depends on the situation and the guidance alone.
 #[derive(Clone, Debug)]
 pub struct Planner {
     lookahead_m: f64,
@@ -68,19 +76,23 @@ impl Planner {
 }
 
 impl LocalPlanner for Planner {
-    fn decide(&mut self, observation: &Observation<'_>, guidance: &Guidance<'_>) -> Decision {
-        let Observation { pose, twist, robot, dt_s, .. } = *observation;
+    fn decide(&mut self, situation: &Situation<'_>, guidance: &Guidance<'_>) -> Result<Decision, Failure> {
+        let Situation { pose, twist, robot, dt_s, .. } = *situation;
         let (point, left_m) = look_ahead(guidance.path, guidance.progress_m, pose.position, self.lookahead_m);
         let bearing = pose.bearing_to(point);
         let is_rolling = twist.v.abs() > robot.deceleration_mps2 * dt_s;
         let command = if is_rolling && bearing.abs() > math::FRAC_PI_2 {
             Twist::ZERO
         } else if !is_rolling && bearing.abs() > ALIGNED_RAD {
-            Twist { v: 0.0, omega: turn_on_the_spot(bearing, robot, dt_s) }
+            Twist { v: 0.0, omega: turn_in_place(bearing, robot, dt_s) }
         } else {
             follow(curvature(pose, point), left_m, twist, robot, dt_s)
         };
-        Decision::track(command)
+        Ok(Decision::track(command))
+    }
+
+    fn entry(&self) -> &'static Entry {
+        &ENTRY
     }
 }
 
@@ -146,7 +158,7 @@ mod tests {
 
     fn drive(course: &Course, lookahead_m: f64) -> Drive {
         let mut planner = Planner::new(&Params { lookahead_m: Positive::new(lookahead_m) });
-        course.drive(1000, |observation, guidance| planner.decide(observation, guidance))
+        course.drive(1000, |situation, guidance| planner.decide(situation, guidance))
     }
 
     fn close(a: Vec2, x: f64, y: f64) -> bool {

@@ -23,10 +23,12 @@
 //!
 //! A fillet is never longer than the corner it replaces: R φ ≤ 2 t.
 
-use super::{Entry, PathStage, PlanningGrid};
+use super::PathKind;
 use crate::geometry::{Path, Piece, Rect, Vec2, cross};
 use crate::map::Cell;
 use crate::math;
+use crate::plan::PlanningGrid;
+use crate::plan::contract::{Entry, Failure, PathStage, Task};
 use crate::settings::quantity::{NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -56,7 +58,14 @@ impl Default for Params {
 pub const ENTRY: Entry = Entry {
     summary: "Rounds obtuse corners with arcs tangent to both legs where they keep a clearance: never longer.",
     source: "circular arc smoothing of Gao, Zhang, Liu, Ou, Cheng, Zhu, ImpA*-ImpDWA, AIMS Press, 2025, eq. 11 to 18",
+    ..Entry::PLAIN
 };
+
+impl PathKind for Params {
+    fn build(&self) -> Box<dyn PathStage> {
+        Box::new(Stage::new(self))
+    }
+}
 
 /// The stage. It has no state.
 #[derive(Debug)]
@@ -94,14 +103,21 @@ impl Stage {
 }
 
 impl PathStage for Stage {
-    fn apply(&mut self, grid: &PlanningGrid, path: &Path) -> Path {
+    fn apply(&mut self, task: &Task<'_>, path: &Path) -> Result<Path, Failure> {
+        Ok(self.treat(task.grid, path))
+    }
+}
+
+impl Stage {
+    /// The path as this stage makes it on `grid`.
+    fn treat(&mut self, grid: &PlanningGrid, path: &Path) -> Path {
         let mut pieces: Vec<Piece> = Vec::with_capacity(2 * path.pieces().len());
         let mut at = path.start();
         let mut segments = path.segments().peekable();
         while let Some((from, piece)) = segments.next() {
-            let next = segments.peek().map(|&(_, next)| *next);
-            let fillet = match (*piece, next) {
-                (Piece::Line { to }, Some(Piece::Line { to: beyond })) => self.fillet(grid, from, to, beyond),
+            let next = segments.peek().map(|&(_, next)| next);
+            let fillet = match (piece, next) {
+                (&Piece::Line { to }, Some(&Piece::Line { to: beyond })) => self.fillet(grid, from, to, beyond),
                 _ => None,
             };
             match fillet {
@@ -114,7 +130,7 @@ impl PathStage for Stage {
                     at = arc.to;
                 }
                 None => {
-                    pieces.push(*piece);
+                    pieces.push(piece.clone());
                     at = piece.end();
                 }
             }
@@ -219,7 +235,8 @@ mod tests {
     use super::*;
     use crate::geometry::direction;
     use crate::math::{FRAC_PI_2, PI, SQRT_2};
-    use crate::plan::global::{GlobalChoice, Problem};
+    use crate::plan::contract::Problem;
+    use crate::plan::global::GlobalChoice;
     use crate::plan::grid::tests::{random_cell, random_map, stream, uninflated};
 
     fn stage(radius_m: f64, clearance_m: f64) -> Stage {
@@ -241,7 +258,7 @@ mod tests {
     #[test]
     fn a_right_angle_gets_a_quarter_circle() {
         // t = R tan 45° = 1: from (4, 1) to (5, 2) about (4, 2); 10 m of legs become 8 + π/2.
-        let rounded = stage(1.0, 0.3).apply(&open(), &path(&[(1.0, 1.0), (5.0, 1.0), (5.0, 7.0)]));
+        let rounded = stage(1.0, 0.3).treat(&open(), &path(&[(1.0, 1.0), (5.0, 1.0), (5.0, 7.0)]));
         let [Piece::Line { to: a }, Piece::Arc { to: b, centre, sweep }, Piece::Line { to: end }] = *rounded.pieces()
         else {
             panic!("{rounded:?}")
@@ -254,7 +271,7 @@ mod tests {
     #[test]
     fn half_a_right_angle_to_the_right_turns_clockwise() {
         // t = tan 22.5° = √2 − 1; the arc is R π/4 long and lies south of the corner.
-        let rounded = stage(1.0, 0.3).apply(&open(), &path(&[(2.0, 8.0), (5.0, 8.0), (9.0, 4.0)]));
+        let rounded = stage(1.0, 0.3).treat(&open(), &path(&[(2.0, 8.0), (5.0, 8.0), (9.0, 4.0)]));
         let Piece::Arc { centre, sweep, .. } = rounded.pieces()[1] else { panic!("{rounded:?}") };
         assert!((sweep + PI / 4.0).abs() < 1e-12 && close(centre, Vec2::new(5.0 - (SQRT_2 - 1.0), 7.0)));
         assert!((rounded.length() - (3.0 + 4.0 * SQRT_2 - 2.0 * (SQRT_2 - 1.0) + PI / 4.0)).abs() < 1e-12);
@@ -269,14 +286,14 @@ mod tests {
             path(&[(2.0, 2.0), (5.0, 2.0)]),
             path(&[(2.0, 2.0)]),
         ] {
-            assert_eq!(stage(1.0, 0.3).apply(&open(), &kept), kept);
+            assert_eq!(stage(1.0, 0.3).treat(&open(), &kept), kept);
         }
     }
 
     #[test]
     fn the_radius_shrinks_until_the_tangents_fit_into_half_of_each_leg() {
         // Legs 4, 1, 4: t = 0.5 = R tan 45°, so both arcs have R = 0.5 and meet in the middle of the short leg.
-        let rounded = stage(1.0, 0.3).apply(&open(), &path(&[(2.0, 5.0), (6.0, 5.0), (6.0, 6.0), (10.0, 6.0)]));
+        let rounded = stage(1.0, 0.3).treat(&open(), &path(&[(2.0, 5.0), (6.0, 5.0), (6.0, 6.0), (10.0, 6.0)]));
         let [_, Piece::Arc { to: middle, .. }, Piece::Arc { centre, .. }, _] = *rounded.pieces() else {
             panic!("{rounded:?}")
         };
@@ -292,12 +309,12 @@ mod tests {
         map.set_occupied(Cell { col: 3, row: 4 });
         let grid = uninflated(&map);
         let corner = path(&[(0.5, 6.0), (5.0, 6.0), (5.0, 1.5)]);
-        assert_ne!(stage(1.0, 1.0).apply(&grid, &corner), corner);
-        assert_eq!(stage(1.0, 1.001).apply(&grid, &corner), corner);
+        assert_ne!(stage(1.0, 1.0).treat(&grid, &corner), corner);
+        assert_eq!(stage(1.0, 1.001).treat(&grid, &corner), corner);
         // R = 2: C = (3, 4): the arc comes as near to (4, 5) as 2 − √2 = 0.5858, and its ends (3, 6) and (5, 4) keep 1
         // from the block, so they do not tell.
-        assert_ne!(stage(2.0, 0.58).apply(&grid, &corner), corner);
-        assert_eq!(stage(2.0, 0.59).apply(&grid, &corner), corner);
+        assert_ne!(stage(2.0, 0.58).treat(&grid, &corner), corner);
+        assert_eq!(stage(2.0, 0.59).treat(&grid, &corner), corner);
     }
 
     #[test]
@@ -336,12 +353,18 @@ mod tests {
             let map = random_map(&mut stream, 25, share);
             let (grid, side_m) = (uninflated(&map), map.resolution_m());
             let (start, goal) = (random_cell(&mut stream, &map), random_cell(&mut stream, &map));
-            if planner.plan(&Problem { grid: &grid, start, goal }, &mut cells).result.is_err() {
+            if planner
+                .as_grid()
+                .expect("cells")
+                .search(&Problem { grid: &grid, start, goal }, &mut cells)
+                .result
+                .is_err()
+            {
                 continue;
             }
             let path = Path::polyline(&cells.iter().map(|&cell| grid.centre(cell)).collect::<Vec<_>>());
             let clearance_m = stream.index(3) as f64 * 0.1 * side_m;
-            let rounded = stage(stream.range(0.2, 3.0) * side_m, clearance_m).apply(&grid, &path);
+            let rounded = stage(stream.range(0.2, 3.0) * side_m, clearance_m).treat(&grid, &path);
             assert_eq!((rounded.start(), rounded.end()), (path.start(), path.end()));
             assert!(rounded.length() <= path.length() + 1e-9);
             // Direction at the beginning and at the end of each piece.
@@ -357,6 +380,7 @@ mod tests {
                         };
                         (tangent(from), tangent(to), true)
                     }
+                    Piece::Curve(_) => unreachable!("the stage makes none"),
                 })
                 .collect();
             for pair in directions.windows(2) {

@@ -22,8 +22,10 @@
 //!
 //! [`line_of_sight`](super::line_of_sight) does one pass of greedy jumps instead, without asking whether a jump is shorter.
 
-use super::{Entry, PathStage, PlanningGrid};
+use super::PathKind;
 use crate::geometry::{Path, Piece, Vec2, point_segment_distance};
+use crate::plan::PlanningGrid;
+use crate::plan::contract::{Entry, Failure, PathStage, Task};
 use crate::settings::quantity::NonNegative;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -51,7 +53,14 @@ impl Default for Params {
 pub const ENTRY: Entry = Entry {
     summary: "Drops nodes where a straight line is shorter and keeps a clearance, until nothing changes: never longer.",
     source: "redundant node elimination of Gao, Zhang, Liu, Ou, Cheng, Zhu, ImpA*-ImpDWA, AIMS Press, 2025",
+    ..Entry::PLAIN
 };
+
+impl PathKind for Params {
+    fn build(&self) -> Box<dyn PathStage> {
+        Box::new(Stage::new(self))
+    }
+}
 
 /// The stage.
 #[derive(Debug)]
@@ -95,7 +104,7 @@ impl Stage {
         let before = pieces.len();
         let mut at = 1;
         while at < pieces.len() {
-            let are_lines = matches!((pieces[at - 1], pieces[at]), (Piece::Line { .. }, Piece::Line { .. }));
+            let are_lines = matches!(&pieces[at - 1..=at], [Piece::Line { .. }, Piece::Line { .. }]);
             if are_lines
                 && point_segment_distance(self.nodes[at], self.nodes[at - 1], self.nodes[at + 1]) <= LENGTH_SLACK_M
             {
@@ -110,7 +119,14 @@ impl Stage {
 }
 
 impl PathStage for Stage {
-    fn apply(&mut self, grid: &PlanningGrid, path: &Path) -> Path {
+    fn apply(&mut self, task: &Task<'_>, path: &Path) -> Result<Path, Failure> {
+        Ok(self.treat(task.grid, path))
+    }
+}
+
+impl Stage {
+    /// The path as this stage makes it on `grid`.
+    fn treat(&mut self, grid: &PlanningGrid, path: &Path) -> Path {
         self.nodes.clear();
         self.nodes.extend(path.vertices());
         let mut pieces = path.pieces().to_vec();
@@ -130,7 +146,8 @@ impl PathStage for Stage {
 mod tests {
     use super::*;
     use crate::math::{FRAC_PI_2, SQRT_2};
-    use crate::plan::global::{GlobalChoice, Problem};
+    use crate::plan::contract::Problem;
+    use crate::plan::global::GlobalChoice;
     use crate::plan::grid::tests::{drawn, random_cell, random_map, stream, uninflated};
 
     fn stage(clearance_m: f64) -> Stage {
@@ -147,16 +164,16 @@ mod tests {
         // From (0.5, 1.5) to (2.5, 3.5): y = x + 1 passes the corner (2, 2) at 1/√2 = 0.7071; the ends keep 0.5
         // from the border, so do all points of the path.
         let path = Path::polyline(&points(&[(0.5, 1.5), (0.5, 3.5), (2.5, 3.5)]));
-        assert_eq!(stage(0.5).apply(&grid, &path), Path::polyline(&points(&[(0.5, 1.5), (2.5, 3.5)])));
-        assert_eq!(stage(0.51).apply(&grid, &path), path);
+        assert_eq!(stage(0.5).treat(&grid, &path), Path::polyline(&points(&[(0.5, 1.5), (2.5, 3.5)])));
+        assert_eq!(stage(0.51).treat(&grid, &path), path);
         // Away from the border, 0.7071 decides.
         let wide: Vec<String> =
             (0..12).map(|row| if row == 6 { ".....#......" } else { "............" }.to_owned()).collect();
         let (_, grid) = drawn(&wide.iter().map(String::as_str).collect::<Vec<_>>());
         // The block is x 5 to 6, y 5 to 6; y = x + 2 passes its corner (5, 6) at 1/√2.
         let path = Path::polyline(&points(&[(3.0, 5.0), (3.0, 8.0), (6.0, 8.0)]));
-        assert_eq!(stage(SQRT_2 / 2.0).apply(&grid, &path).pieces().len(), 1, "the slack lets the exact value pass");
-        assert_eq!(stage(SQRT_2 / 2.0 + 1e-6).apply(&grid, &path), path);
+        assert_eq!(stage(SQRT_2 / 2.0).treat(&grid, &path).pieces().len(), 1, "the slack lets the exact value pass");
+        assert_eq!(stage(SQRT_2 / 2.0 + 1e-6).treat(&grid, &path), path);
     }
 
     #[test]
@@ -169,7 +186,7 @@ mod tests {
         let path = Path::polyline(&points(&[(0.5, 1.5), (0.5, 2.5), (1.5, 2.5), (3.5, 2.5), (4.5, 1.5)]));
         // To (4.5, 1.5) and to (3.5, 2.5) the block is in the way, (1.5, 2.5) touches its corner (1, 2). From
         // (0.5, 2.5) the end is hidden (x = 3 at y = 1.875), (3.5, 2.5) is no shorter but straight on.
-        let kept: Vec<Vec2> = stage(0.0).apply(&grid, &path).vertices().collect();
+        let kept: Vec<Vec2> = stage(0.0).treat(&grid, &path).vertices().collect();
         assert_eq!(kept, points(&[(0.5, 1.5), (0.5, 2.5), (3.5, 2.5), (4.5, 1.5)]));
     }
 
@@ -178,10 +195,10 @@ mod tests {
         let (_, grid) = drawn(&["....#", "....#"]);
         // With a clearance that nothing here keeps.
         let straight = Path::polyline(&points(&[(0.5, 0.5), (1.5, 0.5), (2.0, 0.5), (3.5, 0.5)]));
-        assert_eq!(stage(2.0).apply(&grid, &straight), Path::polyline(&points(&[(0.5, 0.5), (3.5, 0.5)])));
+        assert_eq!(stage(2.0).treat(&grid, &straight), Path::polyline(&points(&[(0.5, 0.5), (3.5, 0.5)])));
         let back = Path::polyline(&points(&[(0.5, 0.5), (3.5, 0.5), (1.5, 0.5)]));
-        assert_eq!(stage(2.0).apply(&grid, &back), back);
-        assert_eq!(stage(0.1).apply(&grid, &back), Path::polyline(&points(&[(0.5, 0.5), (1.5, 0.5)])));
+        assert_eq!(stage(2.0).treat(&grid, &back), back);
+        assert_eq!(stage(0.1).treat(&grid, &back), Path::polyline(&points(&[(0.5, 0.5), (1.5, 0.5)])));
     }
 
     #[test]
@@ -192,11 +209,11 @@ mod tests {
             vec![Piece::Line { to: Vec2::new(1.5, 0.5) }, arc, Piece::Line { to: Vec2::new(2.5, 2.5) }],
         );
         let (_, wall) = drawn(&["#..", "##.", "..."]);
-        assert_eq!(stage(0.0).apply(&wall, &path), path);
+        assert_eq!(stage(0.0).treat(&wall, &path), path);
         let (_, open) = drawn(&["...", "...", "..."]);
-        assert_eq!(stage(0.0).apply(&open, &path), Path::polyline(&points(&[(0.5, 0.5), (2.5, 2.5)])));
+        assert_eq!(stage(0.0).treat(&open, &path), Path::polyline(&points(&[(0.5, 0.5), (2.5, 2.5)])));
         let point = Path::polyline(&points(&[(0.5, 0.5)]));
-        assert_eq!(stage(0.0).apply(&open, &point), point);
+        assert_eq!(stage(0.0).treat(&open, &point), point);
     }
 
     #[test]
@@ -210,11 +227,17 @@ mod tests {
             let grid = uninflated(&map);
             let (start, goal) = (random_cell(&mut stream, &map), random_cell(&mut stream, &map));
             let clearance_m = stream.index(4) as f64 * 0.15 * map.resolution_m();
-            if planner.plan(&Problem { grid: &grid, start, goal }, &mut cells).result.is_err() {
+            if planner
+                .as_grid()
+                .expect("cells")
+                .search(&Problem { grid: &grid, start, goal }, &mut cells)
+                .result
+                .is_err()
+            {
                 continue;
             }
             let path = Path::polyline(&cells.iter().map(|&cell| grid.centre(cell)).collect::<Vec<_>>());
-            let pruned = stage(clearance_m).apply(&grid, &path);
+            let pruned = stage(clearance_m).treat(&grid, &path);
             assert_eq!((pruned.start(), pruned.end()), (path.start(), path.end()));
             assert!(pruned.length() <= path.length() + 1e-9);
             let mut nodes = path.vertices();
@@ -223,7 +246,7 @@ mod tests {
             let clear =
                 |(from, piece): (Vec2, &Piece)| grid.line_of_sight_with_clearance(from, piece.end(), clearance_m);
             assert!(pruned.segments().all(clear));
-            assert_eq!(stage(clearance_m).apply(&grid, &pruned), pruned);
+            assert_eq!(stage(clearance_m).treat(&grid, &pruned), pruned);
             shorter += u32::from(pruned.length() < path.length() - 1e-9);
         }
         assert!(shorter > 300, "{shorter}");

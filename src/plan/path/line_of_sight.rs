@@ -11,8 +11,10 @@
 //! Departures: pieces between neighbouring vertices are kept even where they break the clearance, so
 //! that a path remains a path; arcs of a stage before are pieces like any other.
 
-use super::{Entry, PathStage, PlanningGrid};
+use super::PathKind;
 use crate::geometry::{Path, Piece, Vec2};
+use crate::plan::PlanningGrid;
+use crate::plan::contract::{Entry, Failure, PathStage, Task};
 use crate::settings::quantity::NonNegative;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -36,7 +38,14 @@ impl Default for Params {
 pub const ENTRY: Entry = Entry {
     summary: "Goes straight to the farthest vertex in sight, again and again: fewer bends, never longer.",
     source: "corner removal of H. Qin et al., SSA*-PDWA, Computers, Materials & Continua 87(1), 2026",
+    ..Entry::PLAIN
 };
+
+impl PathKind for Params {
+    fn build(&self) -> Box<dyn PathStage> {
+        Box::new(Stage::new(self))
+    }
+}
 
 /// The stage.
 #[derive(Debug)]
@@ -53,7 +62,14 @@ impl Stage {
 }
 
 impl PathStage for Stage {
-    fn apply(&mut self, grid: &PlanningGrid, path: &Path) -> Path {
+    fn apply(&mut self, task: &Task<'_>, path: &Path) -> Result<Path, Failure> {
+        Ok(self.treat(task.grid, path))
+    }
+}
+
+impl Stage {
+    /// The path as this stage makes it on `grid`.
+    fn treat(&mut self, grid: &PlanningGrid, path: &Path) -> Path {
         self.vertices.clear();
         self.vertices.extend(path.vertices());
         let vertices = &self.vertices;
@@ -69,7 +85,7 @@ impl PathStage for Stage {
                     at = far;
                 }
                 None => {
-                    pieces.push(path.pieces()[at]);
+                    pieces.push(path.pieces()[at].clone());
                     at += 1;
                 }
             }
@@ -82,7 +98,8 @@ impl PathStage for Stage {
 mod tests {
     use super::*;
     use crate::math::FRAC_PI_2;
-    use crate::plan::global::{GlobalChoice, Problem};
+    use crate::plan::contract::Problem;
+    use crate::plan::global::GlobalChoice;
     use crate::plan::grid::tests::{drawn, random_cell, random_map, stream, uninflated};
 
     fn stage(clearance_m: f64) -> Stage {
@@ -103,7 +120,7 @@ mod tests {
         // Over the block from left to right. The way up to (1.5, 2.5) touches its corner (1, 2), the way
         // down from (0.5, 2.5) to the end passes x = 3 at y = 1.875, below its top.
         let path = Path::polyline(&points(&[(0.5, 1.5), (0.5, 2.5), (1.5, 2.5), (3.5, 2.5), (4.5, 1.5)]));
-        let kept: Vec<Vec2> = stage(0.0).apply(&grid, &path).vertices().collect();
+        let kept: Vec<Vec2> = stage(0.0).treat(&grid, &path).vertices().collect();
         assert_eq!(kept, points(&[(0.5, 1.5), (0.5, 2.5), (3.5, 2.5), (4.5, 1.5)]));
     }
 
@@ -116,7 +133,7 @@ mod tests {
         ]);
         // Over the block's top, y = 2, on the line y = 2.25, and back down to the right.
         let path = Path::polyline(&points(&[(1.5, 2.25), (2.5, 2.25), (3.5, 2.25), (3.5, 1.0)]));
-        let kept = |clearance_m| stage(clearance_m).apply(&grid, &path).vertices().collect::<Vec<_>>();
+        let kept = |clearance_m| stage(clearance_m).treat(&grid, &path).vertices().collect::<Vec<_>>();
         assert_eq!(kept(0.25), points(&[(1.5, 2.25), (3.5, 2.25), (3.5, 1.0)]));
         assert_eq!(kept(0.26), path.vertices().collect::<Vec<_>>());
     }
@@ -129,16 +146,16 @@ mod tests {
             vec![Piece::Line { to: Vec2::new(1.5, 0.5) }, arc, Piece::Line { to: Vec2::new(2.5, 2.5) }],
         );
         let (_, wall) = drawn(&["#..", "##.", "..."]);
-        assert_eq!(stage(0.0).apply(&wall, &path), path);
+        assert_eq!(stage(0.0).treat(&wall, &path), path);
         let (_, open) = drawn(&["...", "...", "..."]);
-        assert_eq!(stage(0.0).apply(&open, &path), Path::polyline(&points(&[(0.5, 0.5), (2.5, 2.5)])));
+        assert_eq!(stage(0.0).treat(&open, &path), Path::polyline(&points(&[(0.5, 0.5), (2.5, 2.5)])));
     }
 
     #[test]
     fn single_points_and_single_pieces_stay_as_they_are() {
         let (_, grid) = drawn(&["..", ".."]);
         for path in [Path::polyline(&points(&[(0.5, 0.5)])), Path::polyline(&points(&[(0.5, 0.5), (1.5, 1.5)]))] {
-            assert_eq!(stage(0.0).apply(&grid, &path), path);
+            assert_eq!(stage(0.0).treat(&grid, &path), path);
         }
     }
 
@@ -152,12 +169,18 @@ mod tests {
             let map = random_map(&mut stream, 30, share);
             let grid = uninflated(&map);
             let (start, goal) = (random_cell(&mut stream, &map), random_cell(&mut stream, &map));
-            if planner.plan(&Problem { grid: &grid, start, goal }, &mut cells).result.is_err() {
+            if planner
+                .as_grid()
+                .expect("cells")
+                .search(&Problem { grid: &grid, start, goal }, &mut cells)
+                .result
+                .is_err()
+            {
                 continue;
             }
             let vertices: Vec<Vec2> = cells.iter().map(|&cell| grid.centre(cell)).collect();
             let path = Path::polyline(&vertices);
-            let pruned = stage(0.0).apply(&grid, &path);
+            let pruned = stage(0.0).treat(&grid, &path);
             assert_eq!((pruned.start(), pruned.end()), (path.start(), path.end()));
             assert!(pruned.length() <= path.length() + 1e-9);
             let mut kept = vertices.iter();

@@ -20,217 +20,34 @@
 //! IEEE Robotics & Automation Magazine 4(1), 1997.
 
 mod lanes;
+pub(crate) mod params;
 mod patch;
+mod recovery;
 mod rollout;
+mod rollouts;
 mod sampling;
 mod score;
+mod settings;
+mod terms;
 
 #[cfg(test)]
 mod tests;
 
+pub use recovery::Recovery;
+pub use rollouts::{Clearance, Rollouts};
 pub use sampling::{SAMPLES_MAX, Spacing, Window};
 pub use score::{Score, Scoring};
+pub use settings::{BrakingDistance, BrakingTurn, DistanceMode, Prediction, Settings};
+pub use terms::HeadingAt;
+pub(crate) use terms::Terms;
 
-use super::{Decision, Mode, turn_on_the_spot};
 use crate::geometry::convex::{Polygon, turned};
 use crate::geometry::{Pose, Twist, Vec2, direction};
 use crate::math;
-use crate::observation::Observation;
+use crate::plan::contract::{Decision, Notes, Situation, State};
 use lanes::{LANES, Lane, Lanes, Plain, Width};
 use patch::{Anchor, Patch};
 use rollout::{Block, Disc, Field, Part, Passing, Track};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-/// How a rollout moves during one control period.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Prediction {
-    /// A straight step along the heading, then the turn, as the papers print it (gao eq. 19, qin eq. 11).
-    #[default]
-    Euler,
-    /// The exact arc of a unicycle.
-    Arc,
-}
-
-/// Where along a rollout the clearance is taken for scoring.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum DistanceMode {
-    /// The least over the whole rollout (gao, qin).
-    #[default]
-    PathMin,
-    /// At its end point (zhu, hu: U-A15, H-A10).
-    Endpoint,
-}
-
-/// The distance in which the robot must be able to stop (the `dist` of V_a).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum BrakingDistance {
-    /// Arc length to the first contact, as Fox et al. define it.
-    #[default]
-    Arc,
-    /// The least clearance over the rollout, as the papers' one `dist` for both uses has it. Slow in lanes:
-    /// clearance to the sides brakes as well.
-    Clearance,
-}
-
-/// How the yaw rate is bounded by V_a.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum BrakingTurn {
-    /// |ω| ≤ √(2 dist α) with dist in metres, as printed (and dimensionally odd).
-    #[default]
-    Printed,
-    /// |ω| ≤ √(2 (dist/r) α) with r = v/|ω|: the angle that is driven over that distance.
-    Arc,
-    /// No bound.
-    Off,
-}
-
-/// Settings of a dynamic window.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Settings {
-    /// Time predicted, s; rounded to whole control periods, at least one.
-    pub horizon_s: f64,
-    /// How a rollout moves.
-    pub prediction: Prediction,
-    /// Samples of the speed.
-    pub speed: Spacing,
-    /// Samples of the yaw rate.
-    pub yaw_rate: Spacing,
-    /// Whether movers keep their velocity over the horizon; else they stand where they are.
-    pub predict_dynamic: bool,
-    /// Clearances are told up to at least this distance, m.
-    pub clearance_cap_m: f64,
-    /// The distance in which the robot must be able to stop.
-    pub braking_distance: BrakingDistance,
-    /// Distance at which that one is cut, m; `None` for not at all.
-    pub braking_clip_m: Option<f64>,
-    /// How the yaw rate is bounded.
-    pub braking_turn: BrakingTurn,
-}
-
-/// Clearance of one rollout from one kind of obstacle, m: never more than the true one, at least 0, cut at the
-/// cap; 0 where the rollout touches.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clearance {
-    /// The least over the whole rollout.
-    pub path_min_m: f64,
-    /// At its end.
-    pub end_m: f64,
-}
-
-impl Clearance {
-    /// The one that `mode` asks for.
-    pub fn at(self, mode: DistanceMode) -> f64 {
-        match mode {
-            DistanceMode::PathMin => self.path_min_m,
-            DistanceMode::Endpoint => self.end_m,
-        }
-    }
-
-    fn both(value_m: f64) -> Self {
-        Self { path_min_m: value_m, end_m: value_m }
-    }
-}
-
-/// The rollouts of one cycle, by index: speed varies slowest, yaw rate fastest, both ascending.
-#[derive(Clone, Debug)]
-pub struct Rollouts {
-    origin: Pose,
-    duration_s: f64,
-    twists: Vec<Twist>,
-    /// Displacement from the origin to the end, m.
-    end: Vec<Vec2>,
-    /// Time driven before the first touch, s; the whole horizon where nothing is touched.
-    free_s: Vec<f64>,
-    statics: Vec<Clearance>,
-    movers: Vec<Clearance>,
-    admissible: Vec<u32>,
-}
-
-impl Rollouts {
-    fn new() -> Self {
-        Self {
-            origin: Pose::new(0.0, 0.0, 0.0),
-            duration_s: 0.0,
-            twists: Vec::new(),
-            end: Vec::new(),
-            free_s: Vec::new(),
-            statics: Vec::new(),
-            movers: Vec::new(),
-            admissible: Vec::new(),
-        }
-    }
-
-    /// Number of rollouts.
-    pub fn len(&self) -> usize {
-        self.twists.len()
-    }
-
-    /// Whether there is none: only before the first cycle.
-    pub fn is_empty(&self) -> bool {
-        self.twists.is_empty()
-    }
-
-    /// Indices of the admissible rollouts, ascending.
-    pub fn admissible(&self) -> impl Iterator<Item = usize> + '_ {
-        self.admissible.iter().map(|&i| i as usize)
-    }
-
-    /// What rollout `i` drives.
-    pub fn twist(&self, i: usize) -> Twist {
-        self.twists[i]
-    }
-
-    /// Where rollout `i` ends; only for one that touches nothing.
-    pub fn end(&self, i: usize) -> Pose {
-        let end = self.origin.position + self.end[i];
-        Pose::new(end.x, end.y, self.origin.theta + self.twists[i].omega * self.duration_s)
-    }
-
-    /// Clearance of rollout `i` from the believed statics and the edge of the map.
-    pub fn static_clearance(&self, i: usize) -> Clearance {
-        self.statics[i]
-    }
-
-    /// Clearance of rollout `i` from the sensed movers; the cap where none is in reach.
-    pub fn mover_clearance(&self, i: usize) -> Clearance {
-        self.movers[i]
-    }
-
-    /// Clearance of rollout `i` from whatever is nearest.
-    pub fn clearance_m(&self, i: usize, mode: DistanceMode) -> f64 {
-        math::min(self.statics[i].at(mode), self.movers[i].at(mode))
-    }
-
-    /// Whether rollout `i` touches an obstacle within the horizon.
-    pub fn touches(&self, i: usize) -> bool {
-        self.free_s[i] < self.duration_s
-    }
-
-    /// Arc length that rollout `i` drives before its first contact, m; that of the whole rollout where it touches nothing.
-    pub fn free_arc_m(&self, i: usize) -> f64 {
-        self.twists[i].v.abs() * self.free_s[i]
-    }
-}
-
-/// Clearance above which a braking trajectory is no safer, m. Without room a robot that turns to its target while it brakes
-/// stops on the very edge of what is beside it, and the error of the prediction makes that a contact.
-const RECOVERY_ROOM_M: f64 = 0.05;
-
-/// What to drive where no rollout is admissible.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Recovery {
-    /// The command.
-    pub command: Twist,
-    /// Braking trajectories simulated for it.
-    pub rollouts: u64,
-    /// Poses simulated in all of them.
-    pub rollout_points: u64,
-}
 
 /// Samples, simulates and judges the twists within reach. Keeps its memory from tick to tick, and nothing else
 /// that an answer depends on.
@@ -279,14 +96,14 @@ impl DynamicWindow {
     }
 
     /// The rollouts of this tick.
-    pub fn roll(&mut self, observation: &Observation<'_>) -> &Rollouts {
-        let robot = observation.robot;
-        let window = Window::reachable(robot, observation.twist, observation.dt_s);
-        self.settings.speed.sample(window.v_low, window.v_high, &[observation.twist.v], &mut self.speeds);
+    pub fn roll(&mut self, situation: &Situation<'_>) -> &Rollouts {
+        let robot = situation.robot;
+        let window = Window::reachable(robot, situation.twist, situation.dt_s);
+        self.settings.speed.sample(window.v_low, window.v_high, &[situation.twist.v], &mut self.speeds);
         self.settings.yaw_rate.sample(
             window.omega_low,
             window.omega_high,
-            &[0.0, observation.twist.omega],
+            &[0.0, situation.twist.omega],
             &mut self.yaw_rates,
         );
         self.rollouts.twists.clear();
@@ -296,10 +113,10 @@ impl DynamicWindow {
             self.rollouts.twists.extend(twists);
         }
         self.profile.clear();
-        self.profile.resize(self.horizon_steps(observation), 1.0);
-        self.simulate(observation);
+        self.profile.resize(self.horizon_steps(situation), 1.0);
+        self.simulate(situation);
         for i in 0..self.rollouts.len() {
-            if !self.rollouts.touches(i) && self.brakes_in_time(i, observation) {
+            if !self.rollouts.touches(i) && self.brakes_in_time(i, situation) {
                 self.rollouts.admissible.push(i as u32);
             }
         }
@@ -310,8 +127,8 @@ impl DynamicWindow {
     ///
     /// With [`BrakingDistance::Arc`] that is the arc known to be free: all of it, v·T. It bounds the speed by what
     /// was looked at (v ≤ 2 a T); it bounds the yaw rate only through the clip, for no contact is known.
-    fn brakes_in_time(&self, i: usize, observation: &Observation<'_>) -> bool {
-        let robot = observation.robot;
+    fn brakes_in_time(&self, i: usize, situation: &Situation<'_>) -> bool {
+        let robot = situation.robot;
         let Twist { v, omega } = self.rollouts.twist(i);
         let clip = |distance: f64| self.settings.braking_clip_m.map_or(distance, |clip| math::min(distance, clip));
         let (ahead, around) = match self.settings.braking_distance {
@@ -332,17 +149,19 @@ impl DynamicWindow {
 
     /// The decision for the `best` rollout of this tick, or, where none is admissible, what [`Self::recover`] advises on
     /// the way to `target`.
-    pub fn decide(&mut self, best: Option<usize>, observation: &Observation<'_>, target: Vec2) -> Decision {
+    pub fn decide(&mut self, best: Option<usize>, situation: &Situation<'_>, target: Vec2) -> Decision {
         let (rollouts, rollout_points) = self.simulated();
         if let Some(best) = best {
-            return Decision { command: self.rollouts.twist(best), mode: Mode::Track, rollouts, rollout_points };
+            return Decision { rollouts, rollout_points, ..Decision::track(self.rollouts.twist(best)) };
         }
-        let recovery = self.recover(observation, target);
+        let recovery = self.recover(situation, target);
         Decision {
             command: recovery.command,
-            mode: Mode::Recover,
+            state: State::RECOVER,
             rollouts: rollouts + recovery.rollouts,
             rollout_points: rollout_points + recovery.rollout_points,
+            notes: Notes::NONE,
+            request: None,
         }
     }
 
@@ -352,58 +171,16 @@ impl DynamicWindow {
         (rollouts, rollouts * self.profile.len() as u64)
     }
 
-    /// What to drive when no rollout is admissible: brake as hard as the drive can, then turn to `target` on the spot.
-    ///
-    /// A disc that turns on the spot touches nothing new. While it still rolls, the braking trajectories of all yaw
-    /// rates within reach are simulated. Of those that get farthest, all the way to rest where one touches nothing, the one
-    /// with the most room is taken (5 cm and more are equal), and of these the one nearest to the wanted
-    /// turn. Replaces the rollouts.
-    pub fn recover(&mut self, observation: &Observation<'_>, target: Vec2) -> Recovery {
-        let (robot, dt_s, twist) = (observation.robot, observation.dt_s, observation.twist);
-        let bearing = observation.pose.bearing_to(target);
-        let wanted = turn_on_the_spot(bearing, robot, dt_s);
-
-        let lost_per_tick = robot.deceleration_mps2 * dt_s;
-        let speed = twist.v.abs();
-        self.profile.clear();
-        for step in 1..=self.horizon_steps(observation) {
-            let left = speed - step as f64 * lost_per_tick;
-            if left > 0.0 {
-                self.profile.push((left / speed) as f32);
-            }
-        }
-        if self.profile.is_empty() {
-            return Recovery { command: Twist { v: 0.0, omega: wanted }, rollouts: 0, rollout_points: 0 };
-        }
-        let window = Window::reachable(robot, twist, dt_s);
-        let wanted_now = math::clamp(wanted, window.omega_low, window.omega_high);
-        self.settings.yaw_rate.sample(window.omega_low, window.omega_high, &[wanted_now], &mut self.yaw_rates);
-        self.rollouts.twists.clear();
-        self.rollouts.twists.extend(self.yaw_rates.iter().map(|&omega| Twist { v: twist.v, omega }));
-        self.simulate(observation);
-        let detour = |i: usize| (self.yaw_rates[i] - wanted_now).abs();
-        let room = |i: usize| math::min(self.rollouts.clearance_m(i, DistanceMode::PathMin), RECOVERY_ROOM_M);
-        let best = (0..self.rollouts.len()).min_by(|&a, &b| {
-            (self.rollouts.free_s[b].total_cmp(&self.rollouts.free_s[a]))
-                .then(room(b).total_cmp(&room(a)))
-                .then(detour(a).total_cmp(&detour(b)))
-        });
-        let omega = best.map_or(wanted_now, |i| self.yaw_rates[i]);
-        let v = if twist.v < 0.0 { -(speed - lost_per_tick) } else { speed - lost_per_tick };
-        let (rollouts, rollout_points) = self.simulated();
-        Recovery { command: Twist { v, omega }, rollouts, rollout_points }
-    }
-
     /// Control periods in the horizon: at least one.
-    fn horizon_steps(&self, observation: &Observation<'_>) -> usize {
-        ((self.settings.horizon_s / observation.dt_s).round() as usize).max(1)
+    fn horizon_steps(&self, situation: &Situation<'_>) -> usize {
+        ((self.settings.horizon_s / situation.dt_s).round() as usize).max(1)
     }
 
     /// Drives every twist of the rollouts along the speed profile and fills in what became of it.
-    fn simulate(&mut self, observation: &Observation<'_>) {
-        let (robot, dt_s) = (observation.robot, observation.dt_s);
+    fn simulate(&mut self, situation: &Situation<'_>) {
+        let (robot, dt_s) = (situation.robot, situation.dt_s);
         let steps = self.profile.len();
-        self.rollouts.origin = observation.pose;
+        self.rollouts.origin = situation.pose;
         self.rollouts.duration_s = steps as f64 * dt_s;
         self.rollouts.admissible.clear();
         self.rollouts.end.clear();
@@ -417,19 +194,19 @@ impl DynamicWindow {
         }
         // Of a point of the footprint from the robot's centre now.
         let arm_m = robot.footprint.as_ref().map_or(0.0, Polygon::circumradius_m);
-        let reach_m = speed * self.horizon_steps(observation) as f64 * dt_s + arm_m;
-        let cap_m = self.clearance_cap_m(observation);
-        let pitch_m = patch::pitch_m(observation.belief.grid());
+        let reach_m = speed * self.horizon_steps(situation) as f64 * dt_s + arm_m;
+        let cap_m = self.clearance_cap_m(situation);
+        let pitch_m = patch::pitch_m(situation.belief.grid());
         // What the lower bounds take off (½ in the patch, s²/4 in the kernel) goes on top, with a little for
         // rounding, so that a rollout far from everything has exactly the cap as its clearance.
         let (need, step) =
             ((cap_m + robot.radius_m) / pitch_m, (speed + robot.yaw_rate_max_radps * arm_m) * dt_s / pitch_m);
         let cap = (1.0001 * (need * need + 0.5 + 0.25 * step * step)) as f32;
-        let at = self.patch.cover(observation.belief, observation.pose.position, reach_m, cap);
+        let at = self.patch.cover(situation.belief, situation.pose.position, reach_m, cap);
 
-        self.fill_blocks(observation, pitch_m);
-        self.fill_discs(observation, pitch_m, reach_m, cap_m);
-        self.fill_parts(observation, pitch_m, &at);
+        self.fill_blocks(situation, pitch_m);
+        self.fill_discs(situation, pitch_m, reach_m, cap_m);
+        self.fill_parts(situation, pitch_m, &at);
         self.track.resize(steps, [[0.0; LANES]; 2]);
         self.carried.resize(steps, [[0.0; LANES]; 2]);
 
@@ -437,7 +214,7 @@ impl DynamicWindow {
         let field = Field {
             touch: touching(&self.patch, &at, [0.0; 2], radius * radius),
             // The nodes around a pose are up to √2 away from it.
-            free: (free_m(observation) / pitch_m - f64::from(cap).sqrt() - math::SQRT_2 - ROUNDING) as f32,
+            free: (free_m(situation) / pitch_m - f64::from(cap).sqrt() - math::SQRT_2 - ROUNDING) as f32,
             patch: &self.patch,
             at,
         };
@@ -475,8 +252,8 @@ impl DynamicWindow {
     }
 
     /// Distance up to which clearances matter: for scoring, and for V_a where it goes by clearance.
-    fn clearance_cap_m(&self, observation: &Observation<'_>) -> f64 {
-        let robot = observation.robot;
+    fn clearance_cap_m(&self, situation: &Situation<'_>) -> f64 {
+        let robot = situation.robot;
         let cap_m = self.settings.clearance_cap_m;
         if self.settings.braking_distance == BrakingDistance::Arc {
             return cap_m;
@@ -496,21 +273,21 @@ impl DynamicWindow {
     }
 
     /// Lays the twists out for the kernel, so many to a block.
-    fn fill_blocks(&mut self, observation: &Observation<'_>, pitch_m: f64) {
-        let dt_s = observation.dt_s;
+    fn fill_blocks(&mut self, situation: &Situation<'_>, pitch_m: f64) {
+        let dt_s = situation.dt_s;
         let zero = [0.0; LANES];
         let idle = Block { step: zero, heading: [zero; 2], turn: [zero; 2], lead: [zero; 2], used: zero };
         self.blocks.clear();
         self.blocks.resize(self.rollouts.twists.len().div_ceil(LANES), idle);
         self.turnings.clear();
         for &omega in &self.yaw_rates {
-            self.turnings.push(Turning::new(self.settings.prediction, observation.pose.theta, omega, dt_s));
+            self.turnings.push(Turning::new(self.settings.prediction, situation.pose.theta, omega, dt_s));
         }
         for (i, &Twist { v, omega }) in self.rollouts.twists.iter().enumerate() {
             let turning = &mut self.turnings[i % self.yaw_rates.len()];
             if turning.omega != omega {
                 // The wheels' limit has scaled this twist down.
-                *turning = Turning::new(self.settings.prediction, observation.pose.theta, omega, dt_s);
+                *turning = Turning::new(self.settings.prediction, situation.pose.theta, omega, dt_s);
             }
             let (block, lane) = (&mut self.blocks[i / LANES], i % LANES);
             block.used[lane] = 1.0;
@@ -525,10 +302,10 @@ impl DynamicWindow {
     }
 
     /// Lays out the discs that cover a footprint that is none itself.
-    fn fill_parts(&mut self, observation: &Observation<'_>, pitch_m: f64, at: &Anchor) {
+    fn fill_parts(&mut self, situation: &Situation<'_>, pitch_m: f64, at: &Anchor) {
         self.parts.clear();
-        let Some(footprint) = &observation.robot.footprint else { return };
-        let axis = direction(observation.pose.theta);
+        let Some(footprint) = &situation.robot.footprint else { return };
+        let axis = direction(situation.pose.theta);
         for disc in footprint.cover() {
             let lattice = |v: Vec2| [(v.x / pitch_m) as f32, (v.y / pitch_m) as f32];
             let radius = (disc.radius_m / pitch_m) as f32;
@@ -538,13 +315,13 @@ impl DynamicWindow {
     }
 
     /// Lays out the movers that any rollout could come within the cap of.
-    fn fill_discs(&mut self, observation: &Observation<'_>, pitch_m: f64, reach_m: f64, cap_m: f64) {
-        let (dt_s, robot) = (observation.dt_s, observation.robot);
+    fn fill_discs(&mut self, situation: &Situation<'_>, pitch_m: f64, reach_m: f64, cap_m: f64) {
+        let (dt_s, robot) = (situation.dt_s, situation.robot);
         let horizon_s = self.profile.len() as f64 * dt_s;
         self.discs.clear();
-        for obstacle in observation.obstacles {
+        for obstacle in situation.obstacles {
             let velocity = if self.settings.predict_dynamic { obstacle.velocity } else { Vec2::zeros() };
-            let offset = obstacle.position - observation.pose.position;
+            let offset = obstacle.position - situation.pose.position;
             let lattice = |v: Vec2| [(v.x / pitch_m) as f32, (v.y / pitch_m) as f32];
             for (centre, radius_m) in obstacle.outline.cover() {
                 let (offset, touch_m) = (offset + centre, robot.inscribed_radius_m() + radius_m);
@@ -642,10 +419,10 @@ impl Turning {
 const ROUNDING: f64 = 0.05;
 
 /// How far the robot may go any way without touching a believed static with its centre, m, or less; 0 or less at an obstacle.
-fn free_m(observation: &Observation<'_>) -> f64 {
-    let (grid, position) = (observation.belief.grid(), observation.pose.position);
+fn free_m(situation: &Situation<'_>) -> f64 {
+    let (grid, position) = (situation.belief.grid(), situation.pose.position);
     let cell = grid.cell_at(position);
-    observation.belief.field().distance_m(cell) - (grid.centre(cell) - position).norm()
+    situation.belief.field().distance_m(cell) - (grid.centre(cell) - position).norm()
 }
 
 /// The squared distance (units of pitch²) at which a disc of the robot about `centre` (from the robot's) counts as touching

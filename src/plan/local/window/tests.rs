@@ -34,8 +34,8 @@ fn observe<'a>(
     pose: Pose,
     twist: Twist,
     obstacles: &'a [SensedObstacle],
-) -> Observation<'a> {
-    Observation { tick: 0, dt_s: 0.1, pose, twist, belief, obstacles, scan: None, goal: Vec2::zeros(), robot }
+) -> Situation<'a> {
+    Situation { twist, obstacles, ..Situation::new(robot, belief, pose, Vec2::zeros()) }
 }
 
 /// Poses after each step by the printed recurrence, in plain `f64`.
@@ -54,9 +54,9 @@ fn rollouts_end_where_the_closed_forms_say() {
     let (belief, robot) = (open_space(), Robot { yaw_rate_max_radps: 2.0, ..Robot::default() });
     let pose = Pose::new(20.3, 18.7, 0.9);
     for omega in [-1.7, 0.0, 0.6] {
-        let observation = observe(&belief, &robot, pose, Twist { v: 0.8, omega }, &[]);
+        let situation = observe(&belief, &robot, pose, Twist { v: 0.8, omega }, &[]);
         let mut window = DynamicWindow::new(settings());
-        let rollouts = window.roll(&observation);
+        let rollouts = window.roll(&situation);
         assert!(rollouts.len() >= 35);
         for i in 0..rollouts.len() {
             let expected = *euler(pose, rollouts.twist(i), 30).last().unwrap();
@@ -64,7 +64,7 @@ fn rollouts_end_where_the_closed_forms_say() {
             assert!((rollouts.end(i).theta - crate::geometry::wrap_angle(expected.theta)).abs() < 1e-9);
         }
         let mut window = DynamicWindow::new(Settings { prediction: Prediction::Arc, ..settings() });
-        let rollouts = window.roll(&observation);
+        let rollouts = window.roll(&situation);
         for i in 0..rollouts.len() {
             let expected = pose.advance(rollouts.twist(i), 3.0);
             assert!((rollouts.end(i).position - expected.position).norm() < 2e-5, "{:?}", rollouts.twist(i));
@@ -101,7 +101,7 @@ fn random_world(stream: &mut Stream) -> (Belief, Vec<SensedObstacle>, Pose, Twis
     }
     let mut point = |low: f64, high: f64| Vec2::new(stream.range(low, high), stream.range(low, high));
     let pose = Pose { position: point(2.0, 14.0), theta: 0.0 };
-    let movers = (0..3).map(|_| SensedObstacle::disc(point(0.0, 16.0), point(-1.0, 1.0), 0.3)).collect();
+    let movers = (0..3).map(|_| SensedObstacle::disc(0, point(0.0, 16.0), point(-1.0, 1.0), 0.3)).collect();
     let pose = Pose { theta: stream.range(-3.1, 3.1), ..pose };
     (belief(&grid), movers, pose, Twist { v: stream.range(0.0, 1.0), omega: stream.range(-1.0, 1.0) })
 }
@@ -283,8 +283,8 @@ fn every_width_of_lanes_gives_the_same_bits() {
         };
         let mut wide = DynamicWindow::new(settings.clone());
         let mut plain = DynamicWindow { width: Width::PLAIN, ..DynamicWindow::new(settings) };
-        let observation = observe(&belief, robot, pose, twist, &movers);
-        let (wide, plain) = (wide.roll(&observation), plain.roll(&observation));
+        let situation = observe(&belief, robot, pose, twist, &movers);
+        let (wide, plain) = (wide.roll(&situation), plain.roll(&situation));
         assert_eq!(wide.admissible, plain.admissible);
         let bits = |rollouts: &Rollouts| {
             let clearances = rollouts.statics.iter().chain(&rollouts.movers).flat_map(|c| [c.path_min_m, c.end_m]);
@@ -303,9 +303,9 @@ fn a_wall_ahead_limits_the_free_arc() {
         grid.set_occupied(Cell { col: 10, row });
     }
     let (belief, robot) = (belief(&grid), Robot::default());
-    let observation = observe(&belief, &robot, Pose::new(8.0, 9.5, 0.0), Twist { v: 0.8, omega: 0.0 }, &[]);
+    let situation = observe(&belief, &robot, Pose::new(8.0, 9.5, 0.0), Twist { v: 0.8, omega: 0.0 }, &[]);
     let mut window = DynamicWindow::new(settings());
-    let rollouts = window.roll(&observation);
+    let rollouts = window.roll(&situation);
     let straight: Vec<usize> = (0..rollouts.len()).filter(|&i| rollouts.twist(i).omega == 0.0).collect();
     for i in straight {
         let step = rollouts.twist(i).v * 0.1;
@@ -334,8 +334,8 @@ fn the_braking_rule_by_clearance_is_the_printed_one() {
             speed: Spacing::Step(0.01),
             ..settings()
         });
-        let observation = observe(&belief, &robot, Pose::new(10.0, 1.5, 0.0), Twist { v: 0.51, omega: 0.0 }, &[]);
-        let rollouts = window.roll(&observation);
+        let situation = observe(&belief, &robot, Pose::new(10.0, 1.5, 0.0), Twist { v: 0.51, omega: 0.0 }, &[]);
+        let rollouts = window.roll(&situation);
         rollouts.admissible().map(|i| rollouts.twist(i).v).fold(0.0, math::max)
     };
     let off = BrakingTurn::Off;
@@ -465,8 +465,8 @@ fn a_believed_twist_outside_the_limits_is_no_panic() {
     let (belief, robot) = (open_space(), Robot::default());
     let mut window = DynamicWindow::new(settings());
     for v in [0.4, 1.6, -0.5, 1.02] {
-        let observation = observe(&belief, &robot, Pose::new(20.0, 20.0, 0.0), Twist { v, omega: 1.7 }, &[]);
-        assert!(!window.roll(&observation).is_empty());
+        let situation = observe(&belief, &robot, Pose::new(20.0, 20.0, 0.0), Twist { v, omega: 1.7 }, &[]);
+        assert!(!window.roll(&situation).is_empty());
     }
 }
 

@@ -1,0 +1,487 @@
+//! All that a planner gets and gives, on one page.
+//!
+//! ```text
+//! global planner   Task (Situation, grid, start, goal)      ──►  Plan: a path in metres, with times where the method has them
+//! path stage       Task, every node of the path             ──►  Path
+//! local planner    Situation, Guidance (path, key nodes)    ──►  Decision: command, state, effort, notes, request
+//! each of them may answer with a Failure instead
+//! ```
+//!
+//! Positions are in the grid frame, metres and radians. An answer may depend on what is passed in and on what the planner kept
+//! since its last `reset`, and on nothing else: no clock, no other source of randomness than [`Situation::random`].
+
+use super::PlanningGrid;
+use crate::geometry::{KeyNode, Path, Pose, Twist, Vec2};
+use crate::map::{Cell, OccupancyGrid};
+use crate::observation::{Belief, Scan, SensedObstacle};
+use crate::rng::{EpisodeSeed, Purpose, Stream};
+use crate::robot::Robot;
+use serde::{Deserialize, Serialize};
+
+/// What a registry says of a planner or a path stage: where it comes from and what it can do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// One sentence: what it does and when to use it.
+    pub summary: &'static str,
+    /// Where it comes from: authors, title, venue, year.
+    pub source: &'static str,
+    /// Whether its paths are the shortest of all 8-connected ones.
+    pub exact: bool,
+    /// Whether its paths may bend anywhere and not at angles of 45° alone.
+    pub any_angle: bool,
+    /// Whether it draws random numbers.
+    pub random: bool,
+    /// Whether it heeds movers: as obstacles of the moment or as what will move on.
+    pub reacts_to_movers: bool,
+    /// The states that a local planner can be in; empty for the other layers.
+    pub states: &'static [State],
+    /// The names of the numbers that a local planner publishes ([`Decision::notes`]), in order.
+    pub notes: &'static [&'static str],
+}
+
+impl Entry {
+    /// An entry without any capability, for `..Entry::PLAIN`.
+    pub const PLAIN: Self = Self {
+        summary: "",
+        source: "",
+        exact: false,
+        any_angle: false,
+        random: false,
+        reacts_to_movers: false,
+        states: &[],
+        notes: &[],
+    };
+}
+
+/// Random numbers of one planner: a stream of its own, addressed by episode and tick, so that a planner that draws more moves
+/// nothing else, and the same planner at the same tick draws the same numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Randomness {
+    seed: EpisodeSeed,
+    /// 0: global planner; 1: local planner; 2 and on: path stages.
+    layer: u64,
+    tick: u32,
+}
+
+impl Randomness {
+    /// The random numbers of the global planner of an episode at one tick.
+    pub fn new(seed: EpisodeSeed, tick: u32) -> Self {
+        Self { seed, layer: 0, tick }
+    }
+
+    /// Those of another layer at the same tick.
+    pub(super) fn of_layer(self, layer: u64) -> Self {
+        Self { layer, ..self }
+    }
+
+    /// The stream, at its beginning for this tick.
+    pub fn stream(&self) -> Stream {
+        let mut stream = self.seed.stream(Purpose::Planner, self.layer);
+        stream.at_tick(self.tick);
+        stream
+    }
+}
+
+/// How much work one answer may take, in counts and never in time; without limits by default. An answer that took more counts as
+/// [`Failure::OutOfBudget`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Budget {
+    /// Nodes that a global planner may expand.
+    pub expansions: u64,
+    /// Poses that a local planner may simulate.
+    pub rollout_points: u64,
+}
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self { expansions: u64::MAX, rollout_points: u64::MAX }
+    }
+}
+
+/// All that a planner may know at a tick. Nothing else exists for it.
+#[derive(Clone, Copy, Debug)]
+pub struct Situation<'a> {
+    /// The tick, counted from 0; time is `tick * dt_s`.
+    pub tick: u32,
+    /// Control period, s.
+    pub dt_s: f64,
+    /// Own pose as believed.
+    pub pose: Pose,
+    /// Own twist as believed.
+    pub twist: Twist,
+    /// The robot itself: footprint and limits, lowered by the caps of the stack.
+    pub robot: &'a Robot,
+    /// The map as believed.
+    pub belief: &'a Belief,
+    /// Moving obstacles in sensor range, in the order of the scenario.
+    pub obstacles: &'a [SensedObstacle],
+    /// What the scanner measured, if the robot has one.
+    pub scan: Option<Scan<'a>>,
+    /// Where the robot is to go.
+    pub goal: Vec2,
+    /// The planner's own random numbers.
+    pub random: Randomness,
+    /// How much work the answer may take.
+    pub budget: Budget,
+}
+
+impl<'a> Situation<'a> {
+    /// Standing at `pose` at tick 0 with a control period of 0.1 s; nothing moves, nothing is random, nothing is limited.
+    pub fn new(robot: &'a Robot, belief: &'a Belief, pose: Pose, goal: Vec2) -> Self {
+        Self {
+            tick: 0,
+            dt_s: 0.1,
+            pose,
+            twist: Twist::ZERO,
+            robot,
+            belief,
+            obstacles: &[],
+            scan: None,
+            goal,
+            random: Randomness::default(),
+            budget: Budget::default(),
+        }
+    }
+
+    /// Simulated time since `tick`, s.
+    pub fn time_since_s(&self, tick: u32) -> f64 {
+        f64::from(self.tick - tick) * self.dt_s
+    }
+}
+
+/// What a global planner or a path stage is asked.
+#[derive(Clone, Copy, Debug)]
+pub struct Task<'a> {
+    /// All that is known. Its `goal` is that of the episode; the task's may be another.
+    pub situation: &'a Situation<'a>,
+    /// Where the robot's centre may be.
+    pub grid: &'a PlanningGrid,
+    /// Where the path is to begin.
+    pub start: Vec2,
+    /// Where it is to end.
+    pub goal: Vec2,
+}
+
+impl<'a> Task<'a> {
+    /// The same question in cells.
+    pub fn problem(&self) -> Problem<'a> {
+        Problem { grid: self.grid, start: self.grid.cell_at(self.start), goal: self.grid.cell_at(self.goal) }
+    }
+}
+
+/// A task in cells, for planners that search the grid.
+#[derive(Clone, Copy, Debug)]
+pub struct Problem<'a> {
+    /// Where the robot's centre may be.
+    pub grid: &'a PlanningGrid,
+    /// Where to start.
+    pub start: Cell,
+    /// Where to go.
+    pub goal: Cell,
+}
+
+impl Problem<'_> {
+    /// Whether start and goal are passable.
+    ///
+    /// # Errors
+    /// [`Failure::StartOccupied`] before [`Failure::GoalOccupied`].
+    pub fn check_ends(&self) -> Result<(), Failure> {
+        if !self.grid.is_passable(self.start) {
+            Err(Failure::StartOccupied)
+        } else if !self.grid.is_passable(self.goal) {
+            Err(Failure::GoalOccupied)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+/// Why there is no answer.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
+pub enum Failure {
+    /// The start is blocked or outside.
+    #[error("the start is occupied")]
+    StartOccupied,
+    /// The goal is blocked or outside.
+    #[error("the goal is occupied")]
+    GoalOccupied,
+    /// Start and goal are not connected.
+    #[error("no path exists")]
+    NoPath,
+    /// The answer took more than the [`Budget`].
+    #[error("the planner ran out of its budget")]
+    OutOfBudget,
+    /// Something is wrong in the planner: the episode ends as `planner_error`.
+    #[error("{0}")]
+    Fault(String),
+}
+
+/// What a search did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SearchEffort {
+    /// Nodes popped and expanded, re-expansions included; the goal that ends the search is not expanded.
+    pub expanded: u64,
+    /// Nodes pushed, the start and every cheaper connection included.
+    pub generated: u64,
+}
+
+/// The answer of a global planner; its memory is used again.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// From start to goal, every node included.
+    pub path: Path,
+    /// What it took, also where there is no path.
+    pub effort: SearchEffort,
+    /// The cells of a path on the grid, start and goal included; empty where the planner knows none.
+    pub cells: Vec<Cell>,
+}
+
+/// Turns a task into a path.
+///
+/// A planner may keep workspaces and, between [`reset`](Self::reset)s, what it learnt in earlier
+/// calls of the same episode; its answer may depend on nothing else. It never reads a clock.
+pub trait GlobalPlanner: Send {
+    /// Finds a path from the start to the goal of `task` into `plan`, which holds the answer before; `plan.effort` is filled in
+    /// on failure too.
+    ///
+    /// # Errors
+    /// Why there is no path.
+    fn plan(&mut self, task: &Task<'_>, plan: &mut Plan) -> Result<(), Failure>;
+
+    /// Forgets everything learnt: called before each episode.
+    fn reset(&mut self) {}
+
+    /// The planner's own search in cells, where it is one on the grid.
+    fn as_grid(&mut self) -> Option<&mut dyn GridPlanner> {
+        None
+    }
+}
+
+/// What a search on the grid came to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Search {
+    /// Whether a path was found.
+    pub result: Result<(), Failure>,
+    /// Nodes popped and expanded, re-expansions included; the goal that ends the search is not expanded.
+    pub expanded: u64,
+    /// Nodes pushed, the start and every cheaper connection included.
+    pub generated: u64,
+}
+
+/// A global planner that answers with cells. Each one is a [`GlobalPlanner`] as well.
+pub trait GridPlanner: Send {
+    /// Finds a path. On success `path` holds its cells from start to goal, both included (once if they are equal);
+    /// consecutive ones are neighbours, or for an any-angle planner in sight of each other. On failure `path` is empty.
+    fn search(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search;
+
+    /// Forgets everything learnt: called before each episode.
+    fn reset(&mut self) {}
+}
+
+impl<T: GridPlanner> GlobalPlanner for T {
+    fn plan(&mut self, task: &Task<'_>, plan: &mut Plan) -> Result<(), Failure> {
+        let Search { result, expanded, generated } = self.search(&task.problem(), &mut plan.cells);
+        plan.effort = SearchEffort { expanded, generated };
+        result?;
+        plan.follow_cells(task);
+        Ok(())
+    }
+
+    fn reset(&mut self) {
+        GridPlanner::reset(self);
+    }
+
+    fn as_grid(&mut self) -> Option<&mut dyn GridPlanner> {
+        Some(self)
+    }
+}
+
+/// Turns a path into a better one.
+pub trait PathStage: Send {
+    /// The new path: same start, same end. It may have times and name its key nodes.
+    ///
+    /// # Errors
+    /// Where there is none.
+    fn apply(&mut self, task: &Task<'_>, path: &Path) -> Result<Path, Failure>;
+}
+
+/// What the global layer tells the local one.
+#[derive(Clone, Copy, Debug)]
+pub struct Guidance<'a> {
+    /// The path in force, grid frame; a stand-alone local planner gets the straight line to the goal.
+    pub path: &'a Path,
+    /// Arc length of the point of `path` that the robot has come to, m; falls on one path on [`Request::GoBack`] alone.
+    pub progress_m: f64,
+    /// Where the leg to the sub-goal begins: with the rule `key_nodes` the key node before it, with `lookahead` the point of the
+    /// path that the robot has come to.
+    pub previous_node: Vec2,
+    /// The point to steer for.
+    pub sub_goal: Vec2,
+    /// Whether `sub_goal` is the end of the path.
+    pub is_last: bool,
+    /// Increases by one whenever a new path comes into force.
+    pub path_revision: u32,
+    /// All key nodes of the path, start and goal included.
+    pub key_nodes: &'a [KeyNode],
+    /// Number of the first key node that the robot has not passed yet.
+    pub next_key_node: usize,
+}
+
+impl<'a> Guidance<'a> {
+    /// Steering for the end of `path`, without key nodes on the way.
+    pub fn to_end(path: &'a Path, progress_m: f64) -> Self {
+        Self {
+            path,
+            progress_m,
+            previous_node: path.start(),
+            sub_goal: path.end(),
+            is_last: true,
+            path_revision: 0,
+            key_nodes: &[],
+            next_key_node: 0,
+        }
+    }
+
+    /// Where the path wants the robot `time_s` after its beginning; `None` where the path has no times.
+    pub fn reference(&self, time_s: f64) -> Option<Vec2> {
+        self.path.point_at_time(time_s)
+    }
+}
+
+/// What a state of a local planner is, for all that treat planners alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum StateKind {
+    /// Following or optimising as usual.
+    Tracking,
+    /// No admissible command existed.
+    Recovering,
+    /// Standing on purpose until something has passed: not stuck.
+    Waiting,
+    /// Going back along the path on purpose.
+    Retreating,
+    /// At the goal.
+    Arrived,
+}
+
+/// A state of a local planner, by its own name; a column of the trace and rows of `states.csv`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct State {
+    /// The planner's own word for it, in snake case.
+    pub name: &'static str,
+    /// What it is.
+    pub kind: StateKind,
+}
+
+impl State {
+    /// Following or optimising as usual.
+    pub const TRACK: Self = Self { name: "track", kind: StateKind::Tracking };
+    /// No admissible command existed: braking or turning in place.
+    pub const RECOVER: Self = Self { name: "recover", kind: StateKind::Recovering };
+}
+
+/// Numbers that a local planner publishes beside a decision, such as the terms of the winner or a phase: at most
+/// [`Notes::COUNT_MAX`], finite, in the order of [`Entry::notes`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Notes {
+    values: [f64; Self::COUNT_MAX],
+    count: u8,
+}
+
+impl Notes {
+    /// How many there can be.
+    pub const COUNT_MAX: usize = 12;
+    /// None.
+    pub const NONE: Self = Self { values: [0.0; Self::COUNT_MAX], count: 0 };
+
+    /// These values.
+    ///
+    /// # Panics
+    /// If there are more than [`Self::COUNT_MAX`].
+    pub fn new(given: &[f64]) -> Self {
+        let mut values = [0.0; Self::COUNT_MAX];
+        values[..given.len()].copy_from_slice(given);
+        Self { values, count: given.len() as u8 }
+    }
+
+    /// The values.
+    pub fn values(&self) -> &[f64] {
+        &self.values[..usize::from(self.count)]
+    }
+}
+
+/// What a local planner asks of the stack. It takes effect at the next tick.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Request {
+    /// A new path, from the robot, or from a point of the old path that the robot is to reach first: what lies before that point
+    /// is kept.
+    NewPath {
+        /// Arc length on the path in force from which to plan, m; the robot's own position where absent.
+        from_m: Option<f64>,
+    },
+    /// Progress goes back to this arc length of the path in force, m, and the sub-goal with it.
+    GoBack {
+        /// Arc length to go back to, m.
+        to_m: f64,
+    },
+    /// The planner steers for this point at this tick and not for the stack's sub-goal; the trace says so.
+    SubGoal(Vec2),
+}
+
+/// The answer of a local planner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decision {
+    /// What to drive.
+    pub command: Twist,
+    /// What the planner is doing.
+    pub state: State,
+    /// Candidate trajectories simulated for this decision.
+    pub rollouts: u64,
+    /// Poses simulated in all of them: what a decision costs where a scenario charges for it.
+    pub rollout_points: u64,
+    /// The planner's own numbers.
+    pub notes: Notes,
+    /// What it asks of the stack.
+    pub request: Option<Request>,
+}
+
+impl Decision {
+    /// Standing still; nothing was simulated.
+    pub const STAND: Self = Self::track(Twist::ZERO);
+
+    /// `command`, chosen without simulating anything.
+    pub const fn track(command: Twist) -> Self {
+        Self { command, state: State::TRACK, rollouts: 0, rollout_points: 0, notes: Notes::NONE, request: None }
+    }
+}
+
+/// Turns a situation and the guidance of a path into a command, once per tick.
+///
+/// A planner may keep workspaces and, between [`reset`](Self::reset)s, its own state of the episode;
+/// its answer may depend on nothing else. It never reads a clock.
+pub trait LocalPlanner: Send {
+    /// The command for this tick.
+    ///
+    /// # Errors
+    /// Where there is none: the episode ends as `planner_error`.
+    fn decide(&mut self, situation: &Situation<'_>, guidance: &Guidance<'_>) -> Result<Decision, Failure>;
+
+    /// The states and the names of the numbers that its decisions have.
+    fn entry(&self) -> &'static Entry {
+        const OUTSIDE: Entry = Entry { states: &[State::TRACK, State::RECOVER], ..Entry::PLAIN };
+        &OUTSIDE
+    }
+
+    /// Forgets everything: called before each episode.
+    fn reset(&mut self) {}
+}
+
+/// What parameters are checked against before the first tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Fit<'a> {
+    /// The known map.
+    pub map: &'a OccupancyGrid,
+    /// The robot.
+    pub robot: &'a Robot,
+    /// Control period, s.
+    pub dt_s: f64,
+}

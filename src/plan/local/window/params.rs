@@ -1,0 +1,106 @@
+//! The parameters that every planner over the dynamic window shares.
+
+/// Makes the parameters of a planner that weighs the window's rollouts: its own ones, then those of the window and
+/// of what [`Terms`] measures, which mean the same for all. `predict_dynamic` has to be among its own ones, since its default
+/// differs.
+macro_rules! window_params {
+    ($(#[$about:meta])* pub struct Params { $($(#[$doc:meta])* pub $field:ident: $type:ty = $default:expr,)* }) => {
+        $(#[$about])*
+        #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct Params {
+            $($(#[$doc])* pub $field: $type,)*
+            /// Time predicted, s, rounded to whole control periods. Longer sees farther and admits less. Default 3.
+            pub horizon_s: $crate::settings::quantity::Positive,
+            /// Step between sampled speeds, m/s; without it `speed_samples` counts. The papers' scenarios use 0.01 to 0.02.
+            pub speed_step_mps: Option<$crate::settings::quantity::Positive>,
+            /// Step between sampled yaw rates, rad/s; without it `yaw_rate_samples` counts.
+            pub yaw_rate_step_radps: Option<$crate::settings::quantity::Positive>,
+            /// Sampled speeds, evenly over the window. A count fits the window of any robot and bounds the cost of a
+            /// decision; more than a few change little. Default 11 (every 0.01 m/s at 0.5 m/s²).
+            pub speed_samples: $crate::settings::quantity::Samples,
+            /// Sampled yaw rates, evenly over the window. Default 21 (every 0.02 rad/s at 2 rad/s²).
+            pub yaw_rate_samples: $crate::settings::quantity::Samples,
+            /// How a rollout moves. Default `euler`.
+            pub prediction: $crate::plan::local::window::Prediction,
+            /// Where the clearance of a rollout is taken. Default `path_min`.
+            pub dist_mode: $crate::plan::local::window::DistanceMode,
+            /// Clearance above which a rollout is no better, m. Default 0.5.
+            pub d_cap_m: $crate::settings::quantity::Positive,
+            /// Where the heading of a rollout is judged. Default `horizon`.
+            pub heading_at: $crate::plan::local::window::HeadingAt,
+            /// The distance in which the robot must be able to stop. Default `arc`.
+            pub va_distance: $crate::plan::local::window::BrakingDistance,
+            /// How that rule bounds the yaw rate. Default `printed`.
+            pub va_angular: $crate::plan::local::window::BrakingTurn,
+            /// Whether that distance is cut as well, which caps the speed at √(2 a d), as in the demo the papers' numbers
+            /// come from. Default false.
+            pub va_uses_clip: bool,
+            /// Where it is cut, m; `d_cap_m` where absent.
+            pub va_clip_m: Option<$crate::settings::quantity::Positive>,
+        }
+
+        impl Default for Params {
+            fn default() -> Self {
+                use $crate::plan::local::window;
+                use $crate::settings::quantity::{Positive, Samples};
+                Self {
+                    $($field: $default,)*
+                    horizon_s: Positive::new(3.0),
+                    speed_step_mps: None,
+                    yaw_rate_step_radps: None,
+                    speed_samples: Samples::new(11),
+                    yaw_rate_samples: Samples::new(21),
+                    prediction: window::Prediction::Euler,
+                    dist_mode: window::DistanceMode::PathMin,
+                    d_cap_m: Positive::new(0.5),
+                    heading_at: window::HeadingAt::Horizon,
+                    va_distance: window::BrakingDistance::Arc,
+                    va_angular: window::BrakingTurn::Printed,
+                    va_uses_clip: false,
+                    va_clip_m: None,
+                }
+            }
+        }
+
+        impl Params {
+            /// The settings of the window that these parameters describe.
+            fn window(&self) -> $crate::plan::local::window::Settings {
+                use $crate::plan::local::window::{Settings, Spacing};
+                use $crate::settings::quantity::{Positive, Samples};
+                let spacing = |step: Option<Positive>, samples: Samples| {
+                    step.map_or(Spacing::Count(samples.get()), |step| Spacing::Step(step.get()))
+                };
+                Settings {
+                    horizon_s: self.horizon_s.get(),
+                    prediction: self.prediction,
+                    speed: spacing(self.speed_step_mps, self.speed_samples),
+                    yaw_rate: spacing(self.yaw_rate_step_radps, self.yaw_rate_samples),
+                    predict_dynamic: self.predict_dynamic,
+                    clearance_cap_m: self.d_cap_m.get(),
+                    braking_distance: self.va_distance,
+                    braking_clip_m: self.va_uses_clip.then(|| self.va_clip_m.unwrap_or(self.d_cap_m).get()),
+                    braking_turn: self.va_angular,
+                }
+            }
+
+            /// What these parameters make of the rollouts of one cycle.
+            fn terms<'a>(
+                &self,
+                rollouts: &'a $crate::plan::local::window::Rollouts,
+                situation: &'a $crate::plan::contract::Situation<'a>,
+                target: $crate::geometry::Vec2,
+            ) -> $crate::plan::local::window::Terms<'a> {
+                $crate::plan::local::window::Terms {
+                    rollouts,
+                    situation,
+                    target,
+                    heading_at: self.heading_at,
+                    dist_mode: self.dist_mode,
+                    d_cap_m: self.d_cap_m.get(),
+                }
+            }
+        }
+    };
+}
+pub(crate) use window_params;

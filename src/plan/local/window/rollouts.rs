@@ -1,0 +1,110 @@
+//! The rollouts of one cycle: what was driven, where it ends, how near it comes to what.
+
+use super::settings::DistanceMode;
+use crate::geometry::{Pose, Twist, Vec2};
+use crate::math;
+
+/// Clearance of one rollout from one kind of obstacle, m: never more than the true one, at least 0, cut at the
+/// cap; 0 where the rollout touches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearance {
+    /// The least over the whole rollout.
+    pub path_min_m: f64,
+    /// At its end.
+    pub end_m: f64,
+}
+
+impl Clearance {
+    /// The one that `mode` asks for.
+    pub fn at(self, mode: DistanceMode) -> f64 {
+        match mode {
+            DistanceMode::PathMin => self.path_min_m,
+            DistanceMode::Endpoint => self.end_m,
+        }
+    }
+
+    pub(super) fn both(value_m: f64) -> Self {
+        Self { path_min_m: value_m, end_m: value_m }
+    }
+}
+
+/// The rollouts of one cycle, by index: speed varies slowest, yaw rate fastest, both ascending.
+#[derive(Clone, Debug)]
+pub struct Rollouts {
+    pub(super) origin: Pose,
+    pub(super) duration_s: f64,
+    pub(super) twists: Vec<Twist>,
+    /// Displacement from the origin to the end, m.
+    pub(super) end: Vec<Vec2>,
+    /// Time driven before the first touch, s; the whole horizon where nothing is touched.
+    pub(super) free_s: Vec<f64>,
+    pub(super) statics: Vec<Clearance>,
+    pub(super) movers: Vec<Clearance>,
+    pub(super) admissible: Vec<u32>,
+}
+
+impl Rollouts {
+    pub(super) fn new() -> Self {
+        Self {
+            origin: Pose::new(0.0, 0.0, 0.0),
+            duration_s: 0.0,
+            twists: Vec::new(),
+            end: Vec::new(),
+            free_s: Vec::new(),
+            statics: Vec::new(),
+            movers: Vec::new(),
+            admissible: Vec::new(),
+        }
+    }
+
+    /// Number of rollouts.
+    pub fn len(&self) -> usize {
+        self.twists.len()
+    }
+
+    /// Whether there is none: only before the first cycle.
+    pub fn is_empty(&self) -> bool {
+        self.twists.is_empty()
+    }
+
+    /// Indices of the admissible rollouts, ascending.
+    pub fn admissible(&self) -> impl Iterator<Item = usize> + '_ {
+        self.admissible.iter().map(|&i| i as usize)
+    }
+
+    /// What rollout `i` drives.
+    pub fn twist(&self, i: usize) -> Twist {
+        self.twists[i]
+    }
+
+    /// Where rollout `i` ends; only for one that touches nothing.
+    pub fn end(&self, i: usize) -> Pose {
+        let end = self.origin.position + self.end[i];
+        Pose::new(end.x, end.y, self.origin.theta + self.twists[i].omega * self.duration_s)
+    }
+
+    /// Clearance of rollout `i` from the believed statics and the edge of the map.
+    pub fn static_clearance(&self, i: usize) -> Clearance {
+        self.statics[i]
+    }
+
+    /// Clearance of rollout `i` from the sensed movers; the cap where none is in reach.
+    pub fn mover_clearance(&self, i: usize) -> Clearance {
+        self.movers[i]
+    }
+
+    /// Clearance of rollout `i` from whatever is nearest.
+    pub fn clearance_m(&self, i: usize, mode: DistanceMode) -> f64 {
+        math::min(self.statics[i].at(mode), self.movers[i].at(mode))
+    }
+
+    /// Whether rollout `i` touches an obstacle within the horizon.
+    pub fn touches(&self, i: usize) -> bool {
+        self.free_s[i] < self.duration_s
+    }
+
+    /// Arc length that rollout `i` drives before its first contact, m; that of the whole rollout where it touches nothing.
+    pub fn free_arc_m(&self, i: usize) -> f64 {
+        self.twists[i].v.abs() * self.free_s[i]
+    }
+}

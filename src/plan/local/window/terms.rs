@@ -1,0 +1,82 @@
+//! The terms of the objective that every planner over the dynamic window shares.
+
+use super::{DistanceMode, Rollouts};
+use crate::geometry::{Pose, Twist, Vec2};
+use crate::math;
+use crate::plan::contract::Situation;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Where along a rollout the heading is judged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum HeadingAt {
+    /// At its end, as the five papers print it.
+    #[default]
+    Horizon,
+    /// Where the robot would stand if it braked after the next tick (Fox et al. 1997).
+    Stop,
+}
+
+/// The terms of the objective that every planner over the window shares, for the rollouts of one cycle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Terms<'a> {
+    pub rollouts: &'a Rollouts,
+    pub situation: &'a Situation<'a>,
+    pub target: Vec2,
+    pub heading_at: HeadingAt,
+    pub dist_mode: DistanceMode,
+    pub d_cap_m: f64,
+}
+
+impl Terms<'_> {
+    /// heading of rollout `i`, rad: π where it points to the target, 0 where it points away.
+    pub fn heading(&self, i: usize) -> f64 {
+        heading(self.judged_pose(i), self.target)
+    }
+
+    /// dist of rollout `i`, m: its clearance, cut at the cap.
+    pub fn distance_m(&self, i: usize) -> f64 {
+        math::min(self.rollouts.clearance_m(i, self.dist_mode), self.d_cap_m)
+    }
+
+    /// velocity of rollout `i`, m/s: 0 where it reverses.
+    pub fn velocity_mps(&self, i: usize) -> f64 {
+        math::max(self.rollouts.twist(i).v, 0.0)
+    }
+
+    /// Where rollout `i` is judged for its heading.
+    fn judged_pose(&self, i: usize) -> Pose {
+        match self.heading_at {
+            HeadingAt::Horizon => self.rollouts.end(i),
+            HeadingAt::Stop => {
+                // One tick, then an arc as long as the braking distance that turns as far as the braking of the yaw rate.
+                let (twist, robot) = (self.rollouts.twist(i), self.situation.robot);
+                let braking = Twist {
+                    v: twist.v * twist.v.abs() / (2.0 * robot.deceleration_mps2),
+                    omega: twist.omega * twist.omega.abs() / (2.0 * robot.yaw_acceleration_radps2),
+                };
+                self.situation.pose.advance(twist, self.situation.dt_s).advance(braking, 1.0)
+            }
+        }
+    }
+}
+
+/// π less the angle between the heading of `pose` and the line to `target`, rad: π where it points there.
+fn heading(pose: Pose, target: Vec2) -> f64 {
+    math::PI - pose.bearing_to(target).abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn heading_is_pi_towards_the_target_and_zero_away_from_it() {
+        let pose = Pose::new(1.0, 1.0, math::FRAC_PI_2);
+        assert!((heading(pose, Vec2::new(1.0, 3.0)) - math::PI).abs() < 1e-12);
+        assert!(heading(pose, Vec2::new(1.0, 0.0)).abs() < 1e-12);
+        assert!((heading(pose, Vec2::new(5.0, 1.0)) - math::FRAC_PI_2).abs() < 1e-12);
+        assert_eq!(heading(pose, pose.position), math::PI);
+    }
+}

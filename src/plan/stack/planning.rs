@@ -1,0 +1,78 @@
+//! The scenario key `planning`: how paths are planned and followed.
+
+use super::movers::Movers;
+use super::replan::Replan;
+use super::sub_goal::SubGoals;
+use crate::plan::contract::Budget;
+use crate::settings::quantity::{Count, NonNegative};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How paths are planned and followed (scenario key `planning`).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlanningSpec {
+    /// Distance that cell centres of the planned path keep from obstacle squares, m; the robot's
+    /// radius and 0.05 m where absent: a path at exactly the radius touches, and no local planner can
+    /// follow it. The papers plan with 0 and clearance rules of their own.
+    pub inflation_m: Option<NonNegative>,
+    /// Which point of the path the local planner steers for; default `lookahead`.
+    pub sub_goals: SubGoals,
+    /// When stacks plan again that do not say so themselves; default `never`.
+    pub replan: Replan,
+    /// What sensed movers are to the global planner; default `ignore`.
+    pub movers: Movers,
+    /// Simulated time that planning takes; by default none.
+    pub compute: ComputeSpec,
+    /// How much work one answer of a planner may take; by default without limits.
+    pub budget: BudgetSpec,
+}
+
+/// What planned paths keep from obstacles beyond the robot's radius where a scenario does not say, m.
+const PLANNING_MARGIN_M: f64 = 0.05;
+
+impl PlanningSpec {
+    /// The inflation of the planning grid for a robot of radius `radius_m`, m.
+    pub fn inflation_m(&self, radius_m: f64) -> f64 {
+        self.inflation_m.map_or(radius_m + PLANNING_MARGIN_M, NonNegative::get)
+    }
+}
+
+/// Simulated time that planning takes, a model and never a clock: the same on every machine.
+///
+/// A request made at tick k that costs c seconds is answered at tick k + ⌈c / dt⌉, from what was observed at tick k. Until
+/// then the last path and the last command stay in force (at first there is none: the robot stands), and the layer that is
+/// busy is asked nothing new. What costs nothing is answered at once. Path stages are not charged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ComputeSpec {
+    /// Charged for each node that the global planner expands, s; default 0.
+    pub per_expansion_s: NonNegative,
+    /// Charged for each pose of each trajectory that the local planner simulates, s; default 0.
+    pub per_rollout_point_s: NonNegative,
+}
+
+impl Default for ComputeSpec {
+    fn default() -> Self {
+        Self { per_expansion_s: NonNegative::new(0.0), per_rollout_point_s: NonNegative::new(0.0) }
+    }
+}
+
+/// How much work one answer of a planner may take, in counts: the same on every machine. A first path that takes more ends the
+/// episode as `no_path`, a later one leaves the old path in force, a decision that takes more is a `planner_error`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct BudgetSpec {
+    /// Nodes that the global planner may expand for one path. Default: any number.
+    pub expansions: Option<Count>,
+    /// Poses that the local planner may simulate for one decision. Default: any number.
+    pub rollout_points: Option<Count>,
+}
+
+impl BudgetSpec {
+    /// The budget in numbers.
+    pub fn budget(&self) -> Budget {
+        let limit = |count: Option<Count>| count.map_or(u64::MAX, |count| u64::from(count.get()));
+        Budget { expansions: limit(self.expansions), rollout_points: limit(self.rollout_points) }
+    }
+}

@@ -1,0 +1,83 @@
+//! Replanning rules: when the global planner is asked again, on the map as believed by then. One file per rule.
+
+use super::planning::PlanningSpec;
+use super::route::Route;
+use crate::plan::PlanningGrid;
+use crate::plan::contract::Situation;
+use crate::settings::{Entry, registry};
+
+/// What the parameters of a replanning rule do.
+pub trait ReplanRule {
+    /// Whether to plan again at this tick.
+    fn wants_path(&self, watch: &mut Watch<'_>) -> bool;
+
+    /// Distance within which a robot counts as standing, m.
+    fn standing_radius_m(&self) -> f64 {
+        0.1
+    }
+}
+
+registry! {
+    /// When the global planner is asked again, on the map as believed by then.
+    pub enum Replan: "replanning rule", Entry, dyn ReplanRule { never, when_blocked, when_stuck, when_threatened, every }
+}
+
+impl Default for Replan {
+    fn default() -> Self {
+        Self::never(never::Params {})
+    }
+}
+
+/// What a replanning rule may ask.
+#[derive(Debug)]
+pub struct Watch<'a> {
+    /// The situation at this tick.
+    pub situation: &'a Situation<'a>,
+    /// The path in force and how far the robot has come on it.
+    pub route: &'a Route,
+    pub(super) planning: &'a PlanningSpec,
+    pub(super) grid: &'a mut PlanningGrid,
+    pub(super) checked: &'a mut Checked,
+    pub(super) standing_since_tick: u32,
+    pub(super) planned_tick: u32,
+}
+
+/// The map for which the path in force was last tested.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Checked {
+    /// Revision of the belief.
+    pub(super) revision: u64,
+    /// The tick, where movers block cells: they are elsewhere at every tick.
+    pub(super) movers_tick: u32,
+}
+
+impl Checked {
+    /// What a test of the path at this tick would look at.
+    pub(super) fn now(situation: &Situation<'_>, planning: &PlanningSpec) -> Self {
+        let movers_tick = if planning.movers.kind().block() { situation.tick } else { 0 };
+        Self { revision: situation.belief.revision(), movers_tick }
+    }
+}
+
+impl Watch<'_> {
+    /// Whether the robot has stood for at least `time_s`.
+    pub fn has_stood(&self, time_s: f64) -> bool {
+        self.situation.time_since_s(self.standing_since_tick) >= time_s - 1e-9
+    }
+
+    /// Whether the last plan was made at least `time_s` ago.
+    pub fn planned_before(&self, time_s: f64) -> bool {
+        self.situation.time_since_s(self.planned_tick) >= time_s - 1e-9
+    }
+
+    /// Whether the rest of the path crosses a cell that has become impassable since this was last asked.
+    pub fn path_has_become_blocked(&mut self) -> bool {
+        let now = Checked::now(self.situation, self.planning);
+        if now == *self.checked {
+            return false;
+        }
+        *self.checked = now;
+        super::rebuild_grid(self.grid, self.planning, self.situation);
+        !self.route.rest_is_free(self.grid)
+    }
+}

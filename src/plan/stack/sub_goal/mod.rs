@@ -1,0 +1,24 @@
+//! Rules for sub-goals: which point of the path the local planner steers for. One file per rule.
+
+use super::route::Route;
+use crate::geometry::Vec2;
+use crate::plan::PlanningGrid;
+use crate::settings::{Entry, registry};
+
+/// What the parameters of a rule for sub-goals do.
+pub trait SubGoalRule {
+    /// Moves progress and sub-goal of `route` on for a robot at `position`. `grid` is that of the last plan; a local planner
+    /// alone has none.
+    fn advance(&self, route: &mut Route, position: Vec2, grid: Option<&PlanningGrid>);
+}
+
+registry! {
+    /// Which point of the path is the sub-goal.
+    pub enum SubGoals: "rule for sub-goals", Entry, dyn SubGoalRule { lookahead, key_nodes }
+}
+
+impl Default for SubGoals {
+    fn default() -> Self {
+        Self::lookahead(lookahead::Params::default())
+    }
+}
