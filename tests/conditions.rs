@@ -10,8 +10,10 @@ use simrun::rng::EpisodeSeed;
 use simrun::robot::Robot;
 use simrun::scenario::ScenarioFile;
 use simrun::settings::quantity::{Fraction, NonNegative, Positive};
-use simrun::world::spec::{ActuationSpec, LidarSpec, LocalisationSpec, SensingSpec};
-use simrun::world::{Change, Conditions, DT_S, Event, Mover, Scene, Shape, StaticMap, UnknownStatic, World};
+use simrun::world::{
+    ActuationSpec, Change, Conditions, DT_S, Event, LidarSpec, LocalisationSpec, Mover, Scene, SensingSpec, Shape,
+    StaticMap, UnknownStatic, World,
+};
 use std::sync::Arc;
 
 const STAND: Twist = Twist { v: 0.0, omega: 0.0 };
@@ -275,7 +277,7 @@ fn an_obstacle_of_the_script_appears_is_believed_vanishes_and_is_forgotten_when_
     let mut scene = hall(20, 10);
     let crate_at = UnknownStatic::new(Pose::new(8.5, 5.5, 0.0), Shape::Rectangle { half_m: Vec2::new(0.5, 0.5) });
     scene.unknown_static.push(crate_at.with_presence(false));
-    let event = |tick, present| Event { tick, change: Change::Obstacle { number: 0, present } };
+    let event = |tick, present| Event { tick, change: Change::obstacle(0, present) };
     scene.script = vec![event(3, true), event(6, false)];
     let robot = Robot::default();
     let mut world = World::new(&scene, &robot, &Conditions::default());
@@ -300,8 +302,8 @@ fn an_obstacle_that_vanishes_out_of_range_stays_believed() {
     let crate_at = UnknownStatic::new(Pose::new(8.5, 5.5, 0.0), Shape::Rectangle { half_m: Vec2::new(0.5, 0.5) });
     scene.unknown_static.push(crate_at);
     scene.script = vec![
-        Event { tick: 1, change: Change::SensorRange(1.0) },
-        Event { tick: 2, change: Change::Obstacle { number: 0, present: false } },
+        Event { tick: 1, change: Change::sensor_range(1.0) },
+        Event { tick: 2, change: Change::obstacle(0, false) },
     ];
     let robot = nimble();
     let mut world = World::new(&scene, &robot, &Conditions::default());
@@ -323,7 +325,7 @@ fn an_obstacle_that_vanishes_out_of_range_stays_believed() {
 fn a_goal_that_moves_is_planned_for_whatever_the_rule() {
     let mut scene = hall(20, 10);
     let there = Vec2::new(3.0, 8.0);
-    scene.script = vec![Event { tick: 20, change: Change::Goal(there) }];
+    scene.script = vec![Event { tick: 20, change: Change::goal(there) }];
     for global in ["a_star", "none"] {
         let global = (global != "none").then(|| GlobalChoice::by_name(global).unwrap().build());
         let mut stack = Stack::new(global, Vec::new(), LocalChoice::by_name("dwa").unwrap().build());
@@ -347,11 +349,11 @@ fn movers_do_what_the_script_says() {
     scene.movers.push(Mover::new(Vec2::new(12.0, 2.0), Vec2::new(0.5, 0.0), 0.3));
     let event = |tick, change| Event { tick, change };
     scene.script = vec![
-        event(2, Change::Halt { number: 0, halted: true }),
-        event(4, Change::Halt { number: 0, halted: false }),
-        event(6, Change::Velocity { number: 0, velocity: Vec2::new(0.0, 1.0) }),
-        event(8, Change::Mover { number: 0, present: false }),
-        event(10, Change::Mover { number: 0, present: true }),
+        event(2, Change::halt(0, true)),
+        event(4, Change::halt(0, false)),
+        event(6, Change::velocity(0, Vec2::new(0.0, 1.0))),
+        event(8, Change::mover(0, false)),
+        event(10, Change::mover(0, true)),
     ];
     let robot = Robot::default();
     let mut world = World::new(&scene, &robot, &Conditions::default());
@@ -386,7 +388,7 @@ fn movers_do_what_the_script_says() {
 fn wheels_slip_from_the_moment_that_the_script_says() {
     let mut scene = hall(20, 10);
     let lossy = [Fraction::new(0.5); 2];
-    scene.script = vec![Event { tick: 2, change: Change::WheelSlip { left: lossy, right: lossy } }];
+    scene.script = vec![Event { tick: 2, change: Change::wheel_slip(lossy, lossy) }];
     let robot = nimble();
     let mut world = World::new(&scene, &robot, &Conditions::default());
     let speeds: Vec<f64> = (0..4)

@@ -151,7 +151,7 @@ fn every_global_planner_finds_a_way_where_there_is_one_and_none_is_shorter_than_
         for (name, planner) in &mut planners {
             planner.reset();
             let (search, path) = plan(&mut **planner, &problem);
-            let (result, shortest) = reference.get_or_insert((search.result, path.clone()));
+            let (result, shortest) = reference.get_or_insert((search.result.clone(), path.clone()));
             assert_eq!(search.result, *result, "{name}");
             if result.is_err() {
                 continue;

@@ -17,7 +17,7 @@ use simrun::rng::EpisodeSeed;
 use simrun::robot::Robot;
 use simrun::scenario::ScenarioFile;
 use simrun::settings::quantity::{NonNegative, Positive, Samples};
-use simrun::world::{Conditions, Motion, Mover, Patrol, Scene, StaticMap, World};
+use simrun::world::{Conditions, Mover, Patrol, Scene, StaticMap, World};
 use std::path::Path as FilePath;
 use std::sync::Arc;
 
@@ -175,7 +175,7 @@ fn shuttle(values: &[f64]) -> Mover {
     let speed_mps = values[5];
     let velocity = (to - from) * (speed_mps / (to - from).norm());
     let patrol = Patrol { waypoints: Arc::new([from, to]), speed_mps, closed: false, pause_s: 0.0 };
-    Mover { motion: Motion::Patrol(patrol), ..Mover::new(from, velocity, values[4]) }
+    Mover { motion: patrol.into(), ..Mover::new(from, velocity, values[4]) }
 }
 
 fn world30(settings: &Settings, speeds: u32, yaw_rates: u32) -> Result<Vec<Line>, String> {

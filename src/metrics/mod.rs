@@ -188,8 +188,7 @@ mod tests {
     use crate::map::OccupancyGrid;
     use crate::plan::contract::State;
     use crate::trace::{MoverState, PlannedPath, Tick};
-    use crate::world::spec::moving::OnStatic;
-    use crate::world::{Mover, StaticMap, UnknownStatic};
+    use crate::world::{Mover, OnStatic, StaticMap, UnknownStatic};
     use std::sync::Arc;
 
     pub(super) fn close(a: f64, b: f64) -> bool {

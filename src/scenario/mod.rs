@@ -42,9 +42,9 @@ use crate::metrics::MetricsSpec;
 use crate::plan::stack::{PlanningSpec, StackSpec};
 use crate::robot::{Limits, RobotSpec};
 use crate::settings::quantity::Count;
-use crate::world::SceneError;
-use crate::world::spec::{
-    ActuationSpec, GoalSpec, LocalisationSpec, ObstaclesSpec, SceneSpec, ScriptEntry, SensingSpec, StartSpec,
+use crate::world::{
+    ActuationSpec, GoalSpec, LocalisationSpec, ObstaclesSpec, SceneError, SceneSpec, ScriptEntry, SensingSpec,
+    StartSpec,
 };
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

@@ -23,6 +23,11 @@ macro_rules! registry {
             pub fn kind(&self) -> &dyn $Behaviour {
                 match self { $(Self::$module(params) => params),+ }
             }
+
+            /// The same, to change its parameters.
+            pub fn kind_mut(&mut self) -> &mut dyn $Behaviour {
+                match self { $(Self::$module(params) => params),+ }
+            }
         }
     };
 }

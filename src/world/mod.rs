@@ -1,6 +1,6 @@
 //! The world, the truth: the only user of rapier2d.
 //!
-//! A [`Scene`] is everything about one episode before its first tick, drawn from a [`spec::SceneSpec`] or put together
+//! A [`Scene`] is everything about one episode before its first tick, drawn from a [`SceneSpec`] or put together
 //! in code; a [`World`] drives it, tick by tick of [`DT_S`]. Positions are in the grid frame.
 //!
 //! # What is computed where
@@ -23,34 +23,28 @@
 //!   rest of it.
 //! - Perception and actuation are perfect unless [`Conditions`] say otherwise: noise, drift, latency, slip, occlusion.
 
-mod bodies;
-mod drivetrain;
-mod floor;
-mod generate;
-mod motion;
-mod mover;
-mod obstacle;
-mod perception;
-mod ray;
-mod recording;
-mod room;
-mod route;
+mod conditions;
+mod drive;
+pub mod motion;
+pub mod obstacles;
 mod scene;
-mod script;
-pub mod spec;
+pub mod script;
+mod sense;
 mod statics;
-mod sweep;
 mod truth;
 
-pub use generate::{Infeasible, SceneError};
+pub use crate::geometry::outline::{Outline, Shape};
+pub use conditions::Conditions;
+pub use drive::ActuationSpec;
 pub use motion::{Irregular, Motion, Patrol, Replay, Sample};
-pub use obstacle::{Mover, Outline, Shape, UnknownStatic};
-pub use recording::Recording;
-pub use scene::{ObstacleKind, Scene};
-pub use script::{Change, Event};
-pub use spec::{Conditions, SceneSpec};
+pub use obstacles::ObstaclesSpec;
+pub use obstacles::moving::{Mover, OnRobot, OnStatic, recording::Recording};
+pub use obstacles::unknown_static::UnknownStatic;
+pub use scene::{CellPlace, GoalSpec, Infeasible, RandomPlace, Scene, SceneError, SceneSpec, StartSpec};
+pub use script::{Change, Event, ScriptEntry};
+pub use sense::{LidarSpec, LocalisationSpec, SensingSpec};
 pub use statics::StaticMap;
-pub use truth::{Contact, Step, World};
+pub use truth::{Contact, ObstacleKind, Step, World};
 
 /// Control period, s: the world's only time step. Time is `tick * DT_S`.
 pub const DT_S: f64 = 0.1;

@@ -1,8 +1,8 @@
 //! What stands still: the known map with its edge, and the unknown statics of one scene.
 
-use super::obstacle::{Body, Hit, Outline, UnknownStatic};
-use super::room::Rooms;
-use crate::geometry::outline::sweep_disc_rect;
+use super::obstacles::unknown_static::UnknownStatic;
+use super::scene::{Digest, FreeSpaceCache};
+use crate::geometry::outline::{Body, Hit, Outline, sweep_disc_rect};
 use crate::geometry::{Rect, Vec2, convex};
 use crate::map::{Cell, DistanceField, OccupancyGrid};
 use crate::math;
@@ -22,7 +22,7 @@ pub struct StaticMap {
     right: Vec<u16>,
     shape: SharedShape,
     digest: u64,
-    pub(super) rooms: Rooms,
+    pub(super) free_spaces: FreeSpaceCache,
 }
 
 /// No column: grids have at most 16384.
@@ -47,7 +47,15 @@ impl StaticMap {
         let shape =
             SharedShape::compound(merged_rectangles(&grid).into_iter().chain(border(&grid)).map(cuboid).collect());
         let digest = digest_of(&grid);
-        Self { grid: Arc::new(grid), field: Arc::new(field), left, right, shape, digest, rooms: Rooms::default() }
+        Self {
+            grid: Arc::new(grid),
+            field: Arc::new(field),
+            left,
+            right,
+            shape,
+            digest,
+            free_spaces: FreeSpaceCache::default(),
+        }
     }
 
     /// Known obstacles and the map's edge as one rapier shape: greedily merged rectangles and four bars.
@@ -66,7 +74,7 @@ impl StaticMap {
         math::min(math::min(p.x, extent.x - p.x), math::min(p.y, extent.y - p.y))
     }
 
-    /// Distance from `p` (grid frame) to the nearest occupied square, m, exact; `cap` where it is not below `cap`.
+    /// Distance from `p` (grid frame) to the nearest occupied square, m, exact, and at most `cap`.
     ///
     /// Inside an occupied square: minus the depth below that square's own nearest side. Goes through the rows in the
     /// order of their distance and asks each for its nearest occupied column, so it costs O(distance / resolution).
@@ -270,45 +278,12 @@ fn digest_of(grid: &OccupancyGrid) -> u64 {
     digest.value()
 }
 
-/// FNV-1a, 64 bit, over the little-endian bytes of 64-bit words.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Digest(u64);
-
-impl Default for Digest {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl Digest {
-    pub(super) fn word(&mut self, word: u64) {
-        for byte in word.to_le_bytes() {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    }
-
-    pub(super) fn words<const N: usize>(&mut self, words: [u64; N]) {
-        words.into_iter().for_each(|word| self.word(word));
-    }
-
-    pub(super) fn real(&mut self, number: f64) {
-        self.word(math::canonical(number).to_bits());
-    }
-
-    pub(super) fn point(&mut self, p: Vec2) {
-        self.real(p.x);
-        self.real(p.y);
-    }
-
-    pub(super) fn value(self) -> u64 {
-        self.0
-    }
-}
-
 /// Everything that stands still in one scene.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Statics<'a> {
+pub struct Statics<'a> {
+    /// The known map with its edge.
     pub(super) map: &'a StaticMap,
+    /// The unknown statics.
     pub(super) unknown: &'a [UnknownStatic],
 }
 
@@ -321,8 +296,12 @@ impl Statics<'_> {
 
     /// Signed distance from an outline about `p` to the nearest static obstacle or the map's edge, m.
     pub(super) fn gap_m(&self, outline: &Outline, p: Vec2) -> f64 {
-        let body = Body { position: p, radius_m: outline.circumradius_m(), corners: outline.corners(p) };
-        self.unknown.iter().fold(self.map.gap_m(&body), |best, obstacle| math::min(best, obstacle.gap_m(&body)))
+        self.body_gap_m(&Body { position: p, radius_m: outline.circumradius_m(), corners: outline.corners(p) })
+    }
+
+    /// Signed distance between a body and the nearest static obstacle or the map's edge, m.
+    pub(super) fn body_gap_m(&self, body: &Body) -> f64 {
+        self.unknown.iter().fold(self.map.gap_m(body), |best, obstacle| math::min(best, obstacle.gap_m(body)))
     }
 
     /// First contact within `duration_s` of an outline that moves from `p` with `velocity`; ties go to the known map's

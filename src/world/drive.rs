@@ -1,0 +1,103 @@
+//! From the command to the motion over ground: latency, the drive's limits, noise, slip.
+
+use super::DT_S;
+use crate::geometry::Twist;
+use crate::rng::{EpisodeSeed, Purpose, Stream};
+use crate::robot::Robot;
+use crate::settings::quantity::{CountOrZero, Fraction, NonNegative};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How well the drive does what it is told (scenario key `actuation`); perfectly by default.
+///
+/// A command reaches the drive after the latency; the drive answers within its limits; noise and slip then part the ground's
+/// motion from the wheels'. The robot knows the twist of its wheels, not that of its body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ActuationSpec {
+    /// Ticks from a command to its effect; until the first one arrives the drive is told to stand. Default 0, at most 1000.
+    pub latency_ticks: CountOrZero,
+    /// Standard deviation of the speed as a share of it, normal, each tick anew; default 0.
+    pub speed_noise_share: NonNegative,
+    /// Standard deviation of the yaw rate as a share of it, normal, each tick anew; default 0.
+    pub yaw_rate_noise_share: NonNegative,
+    /// Share of its rim speed that the left wheel loses to the ground, uniform between the two numbers, each tick anew;
+    /// default [0, 0].
+    pub slip_left: [Fraction; 2],
+    /// The same for the right wheel.
+    pub slip_right: [Fraction; 2],
+}
+
+impl Default for ActuationSpec {
+    fn default() -> Self {
+        let none = NonNegative::new(0.0);
+        let grip = [Fraction::new(0.0), Fraction::new(0.0)];
+        Self {
+            latency_ticks: CountOrZero::new(0),
+            speed_noise_share: none,
+            yaw_rate_noise_share: none,
+            slip_left: grip,
+            slip_right: grip,
+        }
+    }
+}
+
+impl ActuationSpec {
+    /// Whether the ground's motion is always that of the wheels.
+    fn is_exact(&self) -> bool {
+        let noise = [self.speed_noise_share, self.yaw_rate_noise_share];
+        let slip = [self.slip_left, self.slip_right];
+        noise.iter().all(|noise| noise.get() == 0.0) && slip.as_flattened().iter().all(|slip| slip.get() == 0.0)
+    }
+}
+
+/// What lies between a command and the ground.
+#[derive(Clone, Debug)]
+pub(super) struct Drivetrain {
+    spec: ActuationSpec,
+    stream: Stream,
+    /// Commands that have not arrived: that of tick k in slot k modulo the latency.
+    on_the_way: Vec<Twist>,
+    /// The twist of the wheels during the last tick: what odometry says.
+    pub(super) wheels: Twist,
+}
+
+impl Drivetrain {
+    pub(super) fn new(spec: &ActuationSpec, seed: EpisodeSeed) -> Self {
+        Self {
+            stream: seed.stream(Purpose::Actuation, 0),
+            on_the_way: vec![Twist::ZERO; spec.latency_ticks.get() as usize],
+            wheels: Twist::ZERO,
+            spec: spec.clone(),
+        }
+    }
+
+    pub(super) fn set_slip(&mut self, left: [Fraction; 2], right: [Fraction; 2]) {
+        (self.spec.slip_left, self.spec.slip_right) = (left, right);
+    }
+
+    /// Takes the command of `tick` and returns the body's twist during it.
+    pub(super) fn drive(&mut self, robot: &Robot, command: Twist, tick: u32) -> Twist {
+        let arrived = if self.on_the_way.is_empty() {
+            command
+        } else {
+            let slot = tick as usize % self.on_the_way.len();
+            core::mem::replace(&mut self.on_the_way[slot], command)
+        };
+        self.wheels = robot.actuate(self.wheels, arrived, DT_S);
+        if self.spec.is_exact() {
+            return self.wheels;
+        }
+        // Always drawn in this order, so that one kind of noise does not move another.
+        let draws = self.stream.at_tick(tick);
+        let noisy = Twist {
+            v: self.wheels.v * (1.0 + self.spec.speed_noise_share.get() * draws.normal()),
+            omega: self.wheels.omega * (1.0 + self.spec.yaw_rate_noise_share.get() * draws.normal()),
+        };
+        let mut kept = |[low, high]: [Fraction; 2]| 1.0 - draws.range(low.get(), high.get());
+        let (left_kept, right_kept) = (kept(self.spec.slip_left), kept(self.spec.slip_right));
+        let (left, right) = robot.wheel_speeds(noisy);
+        let (left, right) = (left * left_kept, right * right_kept);
+        Twist { v: 0.5 * (left + right), omega: (right - left) / robot.track_width_m }
+    }
+}

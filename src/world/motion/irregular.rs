@@ -1,0 +1,181 @@
+//! Straight on for a while, then in another direction, uniformly random, at another speed (gao2025, G-A21).
+
+use super::uniform::StraightOn;
+use super::{Course, Drive, Motion, MotionKind, MotionSpec, Span};
+use crate::geometry::{Vec2, direction};
+use crate::math;
+use crate::rng::Stream;
+use crate::settings::Entry;
+use crate::settings::quantity::{NonNegative, Positive};
+use crate::world::DT_S;
+use crate::world::obstacles::moving::Mover;
+use crate::world::scene::{Digest, SceneError, check_range};
+use crate::world::statics::Statics;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What the registry says of it.
+pub const ENTRY: Entry =
+    Entry { summary: "straight on for a while, then another way at another speed (gao2025, G-A21)" };
+
+/// Parameters of an erratic motion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Range [shortest, longest] of the time between two changes, s; rounded to whole ticks. Default: [2, 5].
+    pub interval_s: [Positive; 2],
+    /// Range [lowest, highest] of the speed after a change, m/s. Default: that from which the first speed was drawn, or the
+    /// given first speed.
+    pub speed_mps: Option<[NonNegative; 2]>,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { interval_s: [Positive::new(2.0), Positive::new(5.0)], speed_mps: None }
+    }
+}
+
+impl MotionSpec for Params {
+    fn check(&self, key: &str) -> Result<(), SceneError> {
+        check_range(&format!("{key}.interval_s"), self.interval_s.map(Positive::get))?;
+        self.speed_mps.map_or(Ok(()), |speed| check_range(&format!("{key}.speed_mps"), speed.map(NonNegative::get)))
+    }
+
+    fn motion(&self, speed_mps: [f64; 2], stream: Stream) -> Motion {
+        let speed_mps = self.speed_mps.map_or(speed_mps, |speed| speed.map(NonNegative::get));
+        Irregular { interval_s: self.interval_s.map(Positive::get), speed_mps, stream }.into()
+    }
+}
+
+/// Piecewise constant velocity: every now and then a new heading, uniformly random, and a new speed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Irregular {
+    /// Range of the time between two changes, s; rounded to whole ticks, at least one.
+    pub interval_s: [f64; 2],
+    /// Range of the speed, m/s.
+    pub speed_mps: [f64; 2],
+    /// The mover's own stream; change k draws from its place k, whatever was drawn before.
+    pub stream: Stream,
+}
+
+/// One stretch of an irregular motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Stretch {
+    ticks: u32,
+    velocity: Vec2,
+}
+
+impl Irregular {
+    /// Stretch `number` of the motion; of stretch 0 only the duration counts, for the mover has its first velocity already.
+    fn stretch(&self, number: u32) -> Stretch {
+        let mut stream = self.stream.clone();
+        let draws = stream.at_tick(number);
+        let [shortest, longest] = self.interval_s;
+        let ticks = (draws.range(shortest, longest) / DT_S).round().clamp(1.0, 1e9) as u32;
+        let heading = draws.range(-math::PI, math::PI);
+        let [slowest, fastest] = self.speed_mps;
+        Stretch { ticks, velocity: draws.range(slowest, fastest) * direction(heading) }
+    }
+}
+
+impl MotionKind for Irregular {
+    fn digest(&self, digest: &mut Digest) {
+        digest.word(1);
+        self.interval_s.iter().chain(&self.speed_mps).for_each(|&x| digest.real(x));
+        digest.word(self.stream.clone().at_tick(0).bits());
+    }
+
+    fn driver(&self, velocity: Vec2) -> Box<dyn Drive> {
+        let ends = self.stretch(0).ticks;
+        Box::new(Wanderer { motion: self.clone(), straight: StraightOn { cruise: velocity }, number: 0, ends })
+    }
+}
+
+/// An irregular motion as far as it has come.
+#[derive(Debug)]
+struct Wanderer {
+    motion: Irregular,
+    straight: StraightOn,
+    /// Number of the stretch that it is in.
+    number: u32,
+    /// The tick at which the next one begins.
+    ends: u32,
+}
+
+impl Drive for Wanderer {
+    fn begin(&mut self, mover: &mut Mover, tick: Span) {
+        if (tick.begin_s / DT_S).round() as u32 >= self.ends {
+            self.number += 1;
+            let next = self.motion.stretch(self.number);
+            self.ends = self.ends.saturating_add(next.ticks);
+            self.straight.cruise = next.velocity;
+            mover.velocity = next.velocity;
+        }
+    }
+
+    fn way(&self, mover: &Mover) -> Vec2 {
+        self.straight.way(mover)
+    }
+
+    fn course(&mut self, mover: &Mover, statics: &Statics<'_>, tick: Span) -> Course {
+        self.straight.course(mover, statics, tick)
+    }
+
+    fn set_velocity(&mut self, velocity: Vec2) {
+        self.straight.set_velocity(velocity);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{EpisodeSeed, Purpose};
+
+    fn motion() -> Irregular {
+        let stream = EpisodeSeed { seed: 3, episode: 1 }.stream(Purpose::Motion, 7);
+        Irregular { interval_s: [1.0, 3.0], speed_mps: [0.4, 0.6], stream }
+    }
+
+    #[test]
+    fn a_stretch_is_addressed_by_its_number_alone() {
+        let (motion, mut used) = (motion(), motion());
+        used.stream.uniform();
+        for number in [5, 0, 5, 2] {
+            assert_eq!(used.stretch(number), motion.stretch(number));
+        }
+        assert_ne!(motion.stretch(0), motion.stretch(1));
+    }
+
+    #[test]
+    fn the_velocity_changes_where_a_stretch_ends() {
+        let motion = motion();
+        let mut mover = Mover::new(Vec2::zeros(), Vec2::new(0.5, 0.0), 0.3);
+        let mut driver = motion.driver(mover.velocity);
+        let mut changes = Vec::new();
+        for tick in 0..100u32 {
+            let before = mover.velocity;
+            driver.begin(&mut mover, Span { begin_s: f64::from(tick) * DT_S, lasts_s: DT_S });
+            if mover.velocity != before {
+                changes.push((tick, mover.velocity));
+            }
+        }
+        let mut ends = 0;
+        for (number, change) in (1..).zip(&changes) {
+            ends += motion.stretch(number - 1).ticks;
+            assert_eq!(*change, (ends, motion.stretch(number).velocity));
+            assert_eq!(driver_way(&motion, number), motion.stretch(number).velocity);
+        }
+        assert!(changes.len() >= 3, "{changes:?}");
+    }
+
+    /// Which way the mover goes once it has begun stretch `number`.
+    fn driver_way(motion: &Irregular, number: u32) -> Vec2 {
+        let mut mover = Mover::new(Vec2::zeros(), Vec2::new(0.5, 0.0), 0.3);
+        let mut driver = motion.driver(mover.velocity);
+        let ticks: u32 = (0..number).map(|number| motion.stretch(number).ticks).sum();
+        for tick in 0..=ticks {
+            driver.begin(&mut mover, Span { begin_s: f64::from(tick) * DT_S, lasts_s: DT_S });
+        }
+        driver.way(&mover)
+    }
+}

@@ -1,0 +1,139 @@
+//! One mover that goes from waypoint to waypoint, again and again.
+
+use super::{
+    Given, Mover, MovingKind, OnRobot, OnStatic, Order, SLACK_M, manners, radius_default, yield_distance_default,
+};
+use crate::geometry::Vec2;
+use crate::geometry::outline::Outline;
+use crate::map::OccupancyGrid;
+use crate::robot::OutlineCorners;
+use crate::settings::Entry;
+use crate::settings::quantity::{Finite, NonNegative, Positive};
+use crate::world::motion::Patrol;
+use crate::world::obstacles::Drawing;
+use crate::world::scene::{Infeasible, SceneError, at, check_inside, point_to_grid};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What the registry says of it.
+pub const ENTRY: Entry = Entry { summary: "one mover that goes from waypoint to waypoint, again and again" };
+
+/// Parameters of a patrol.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// Waypoints [x, y] in the world frame, m; it begins at the first. At least two, no two neighbours at one place.
+    pub waypoints: Vec<[Finite; 2]>,
+    /// Speed, m/s. Default: 0.5.
+    #[serde(default = "speed_default")]
+    pub speed_mps: Positive,
+    /// Whether the last waypoint leads back to the first; else it goes back the way it came. Default: true.
+    #[serde(default = "closed_default")]
+    pub closed: bool,
+    /// Stop at every waypoint, s. Default: 0.
+    #[serde(default = "pause_default")]
+    pub pause_s: NonNegative,
+    /// Radius of the disc, m. Default: 0.3.
+    #[serde(default = "radius_default")]
+    pub radius_m: Positive,
+    /// A convex outline in place of the disc: corners [x, y], m, x along the first leg; it keeps that heading. Default: none.
+    #[serde(default)]
+    pub footprint: Option<OutlineCorners>,
+    /// Where a static obstacle is in its way: `stop` waits there, `pass` goes through. Default: stop.
+    #[serde(default = "on_static_default")]
+    pub on_static: OnStatic,
+    /// Towards the robot. Default: ignore.
+    #[serde(default)]
+    pub on_robot: OnRobot,
+    /// Surface distance within which a yielding mover stops for a robot ahead of it, m. Default: 1.
+    #[serde(default = "yield_distance_default")]
+    pub yield_distance_m: NonNegative,
+}
+
+fn speed_default() -> Positive {
+    Positive::new(0.5)
+}
+
+fn closed_default() -> bool {
+    true
+}
+
+fn pause_default() -> NonNegative {
+    NonNegative::new(0.0)
+}
+
+fn on_static_default() -> OnStatic {
+    OnStatic::Stop
+}
+
+manners!();
+
+impl Params {
+    /// The outline, its x axis along the first leg.
+    fn outline(&self, grid: &OccupancyGrid) -> Outline {
+        let [first, second] = [0, 1].map(|index| point_to_grid(self.waypoints[index], grid));
+        self.manners().outline(second - first)
+    }
+}
+
+impl MovingKind for Params {
+    /// Whether the patrol has a way to go and the mover fits on it.
+    fn check(&self, key: &str, given: &Given<'_>) -> Result<(), SceneError> {
+        let (statics, map) = (given.statics, given.statics.map);
+        let key_of = |index: usize| format!("{key}.waypoints[{index}]");
+        let places: Vec<Vec2> = self.waypoints.iter().map(|&place| point_to_grid(place, &map.grid)).collect();
+        let count = places.len();
+        if count < 2 {
+            let message = format!("a patrol needs at least two waypoints, found {count}");
+            return Err(SceneError::new(format!("{key}.waypoints"), message));
+        }
+        let outline = self.outline(&map.grid);
+        if given.meets_robot(&outline, places[0]) {
+            return Err(SceneError::new(key_of(0), "the mover overlaps the robot at its start"));
+        }
+        let legs = if self.closed && count > 2 { count } else { count - 1 };
+        for (from, to) in (0..legs).map(|leg| (leg, (leg + 1) % count)) {
+            let (a, b) = (places[from], places[to]);
+            if a == b {
+                return Err(SceneError::new(key_of(to), "the same place as the waypoint before it"));
+            }
+            if self.on_static == OnStatic::Pass {
+                continue;
+            }
+            check_inside(&key_of(from), a, map)?;
+            let fits = statics.gap_m(&outline, a) >= -SLACK_M;
+            if !fits || statics.sweep(&outline.with_slack(), a, b - a, 1.0).is_some() {
+                let message = if fits {
+                    format!("a static obstacle or the map's edge is in the way to waypoint {to}")
+                } else {
+                    format!("the mover {}", at(a, map, "overlaps a static obstacle or the map's edge"))
+                };
+                return Err(SceneError::new(key_of(from), format!("{message}; `on_static: pass` goes through")));
+            }
+        }
+        Ok(())
+    }
+
+    fn count(&self) -> usize {
+        1
+    }
+
+    fn refuses(&self, order: Order) -> Option<&'static str> {
+        (order == Order::Velocity).then_some("is on patrol and has no velocity of its own")
+    }
+
+    /// The mover, at its first waypoint.
+    fn draw(&self, drawing: &Drawing<'_>) -> Result<Vec<Mover>, Infeasible> {
+        let grid = &drawing.scene.map.grid;
+        let patrol = Patrol {
+            waypoints: self.waypoints.iter().map(|&place| point_to_grid(place, grid)).collect(),
+            speed_mps: self.speed_mps.get(),
+            closed: self.closed,
+            pause_s: self.pause_s.get(),
+        };
+        let first = patrol.waypoints[0];
+        let velocity = (patrol.waypoints[1] - first).normalize() * patrol.speed_mps;
+        let mover = self.manners().mover(first, velocity, self.outline(grid));
+        Ok(vec![Mover { motion: patrol.into(), ..mover }])
+    }
+}

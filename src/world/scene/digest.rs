@@ -1,0 +1,100 @@
+//! Fingerprints: of maps, motions, events and whole scenes.
+
+use super::Scene;
+use crate::geometry::Vec2;
+use crate::geometry::outline::Shape;
+use crate::math;
+use crate::world::obstacles::moving::{OnRobot, OnStatic};
+
+/// FNV-1a, 64 bit, over the little-endian bytes of 64-bit words.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::world) struct Digest(u64);
+
+impl Default for Digest {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Digest {
+    pub(in crate::world) fn word(&mut self, word: u64) {
+        for byte in word.to_le_bytes() {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+
+    pub(in crate::world) fn words<const N: usize>(&mut self, words: [u64; N]) {
+        words.into_iter().for_each(|word| self.word(word));
+    }
+
+    pub(in crate::world) fn real(&mut self, number: f64) {
+        self.word(math::canonical(number).to_bits());
+    }
+
+    pub(in crate::world) fn point(&mut self, p: Vec2) {
+        self.real(p.x);
+        self.real(p.y);
+    }
+
+    pub(in crate::world) fn value(self) -> u64 {
+        self.0
+    }
+}
+
+impl Scene {
+    /// The scene's fingerprint: equal exactly where all bits of map, start, goal and obstacles are
+    /// (but for a chance of 2⁻⁶⁴).
+    pub fn digest(&self) -> u64 {
+        let mut digest = Digest::default();
+        digest.word(self.map.digest());
+        digest.point(self.start.position);
+        digest.real(self.start.theta);
+        digest.point(self.goal);
+        digest.word(self.unknown_static.len() as u64);
+        for obstacle in &self.unknown_static {
+            digest.point(obstacle.pose().position);
+            digest.real(obstacle.pose().theta);
+            match obstacle.shape() {
+                Shape::Disc { radius_m } => {
+                    digest.word(0);
+                    digest.real(*radius_m);
+                }
+                Shape::Rectangle { half_m } => {
+                    digest.word(1);
+                    digest.point(*half_m);
+                }
+                Shape::Polygon(polygon) => digest_of_corners(polygon.corners(), &mut digest),
+            }
+        }
+        digest.word(self.movers.len() as u64);
+        for mover in &self.movers {
+            digest.point(mover.position);
+            digest.point(mover.velocity);
+            digest.real(mover.radius_m());
+            if let Some(corners) = mover.outline.corners(Vec2::zeros()) {
+                digest_of_corners(&corners, &mut digest);
+            }
+            digest.word(match mover.on_static {
+                OnStatic::Reflect => 0,
+                OnStatic::Pass => 1,
+                OnStatic::Stop => 2,
+            });
+            digest.word(match mover.on_robot {
+                OnRobot::Ignore => 0,
+                OnRobot::Yield => 1,
+            });
+            digest.real(mover.yield_distance_m);
+            mover.motion.digest(&mut digest);
+        }
+        for event in &self.script {
+            event.digest(&mut digest);
+        }
+        digest.value()
+    }
+}
+
+fn digest_of_corners(corners: &[Vec2], digest: &mut Digest) {
+    digest.word(2);
+    digest.word(corners.len() as u64);
+    corners.iter().for_each(|&corner| digest.point(corner));
+}

@@ -1,0 +1,15 @@
+//! A mover stands.
+
+use super::movers::{self, event_of_a_mover};
+use super::{Change, Event, EventKind, Given};
+use crate::settings::Entry;
+use crate::settings::quantity::{CountOrZero, NonNegative};
+use crate::world::obstacles::moving::Order;
+use crate::world::scene::{Scene, SceneError};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What the registry says of it.
+pub const ENTRY: Entry = Entry { summary: "a mover stands" };
+
+event_of_a_mover!(Order::Halt, |mover| Change::halt(mover, true));

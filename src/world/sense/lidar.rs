@@ -1,0 +1,93 @@
+//! The laser scanner.
+
+use super::sensor::Surroundings;
+use crate::geometry::{Pose, direction};
+use crate::math;
+use crate::rng::{EpisodeSeed, Purpose, Stream};
+use crate::settings::quantity::{Fraction, NonNegative, Positive, Rays};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A planar laser scanner at the robot's centre: rays through the middles of equal sectors.
+///
+/// Ray i of n points at heading − fov/2 + (i + ½) fov/n. It measures the distance to the first surface, the map's edge
+/// included; none within range, or a ray that is missed, gives infinity (as ROS REP 117 has it).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LidarSpec {
+    /// Number of rays; default 360.
+    pub rays: Rays,
+    /// Longest distance that is measured, m; default 10.
+    pub range_m: Positive,
+    /// Angle of the scan, rad; all round where absent.
+    pub field_of_view_rad: Option<Positive>,
+    /// Standard deviation of a measured distance, m; default 0. What is measured is at least 0.
+    pub range_noise_m: NonNegative,
+    /// Probability that a ray gives nothing, each ray and tick anew; default 0.
+    pub miss_probability: Fraction,
+}
+
+impl Default for LidarSpec {
+    fn default() -> Self {
+        Self {
+            rays: Rays::new(360),
+            range_m: Positive::new(10.0),
+            field_of_view_rad: None,
+            range_noise_m: NonNegative::new(0.0),
+            miss_probability: Fraction::new(0.0),
+        }
+    }
+}
+
+/// The scanner.
+#[derive(Clone, Debug)]
+pub(super) struct Lidar {
+    spec: LidarSpec,
+    fov_rad: f64,
+    /// One stream for each block of rays; none without noise.
+    streams: Vec<Stream>,
+    pub(super) ranges_m: Vec<f64>,
+}
+
+/// Rays that draw from one stream: six words each, of the 4096 that a stream has for a tick.
+const RAYS_PER_STREAM: usize = 512;
+/// Number of the first stream of the scanner; obstacles have those from 0 on.
+const FIRST_LIDAR_STREAM: u64 = 1 << 32;
+
+impl Lidar {
+    pub(super) fn new(spec: &LidarSpec, seed: EpisodeSeed) -> Self {
+        let rays = spec.rays.get() as usize;
+        let noisy = spec.range_noise_m.get() > 0.0 || spec.miss_probability.get() > 0.0;
+        let blocks = if noisy { rays.div_ceil(RAYS_PER_STREAM) as u64 } else { 0 };
+        Self {
+            fov_rad: spec.field_of_view_rad.map_or(math::TAU, |fov| math::min(fov.get(), math::TAU)),
+            streams: (0..blocks).map(|k| seed.stream(Purpose::Sensor, FIRST_LIDAR_STREAM + k)).collect(),
+            ranges_m: vec![f64::INFINITY; rays],
+            spec: spec.clone(),
+        }
+    }
+
+    /// Bearings of the rays: the first, and from one to the next, rad.
+    pub(super) fn bearings_rad(&self) -> (f64, f64) {
+        let step = self.fov_rad / self.ranges_m.len() as f64;
+        (0.5 * step - 0.5 * self.fov_rad, step)
+    }
+
+    pub(super) fn scan(&mut self, scene: &Surroundings<'_>, eye: Pose, tick: u32) {
+        let (first, step) = self.bearings_rad();
+        let longest_m = self.spec.range_m.get();
+        for (ray, range_m) in self.ranges_m.iter_mut().enumerate() {
+            let unit = direction(eye.theta + first + step * ray as f64);
+            let true_m = scene.cast_ray(eye.position, unit, longest_m, None);
+            *range_m = if true_m < longest_m { true_m } else { f64::INFINITY };
+        }
+        for (stream, block) in self.streams.iter_mut().zip(self.ranges_m.chunks_mut(RAYS_PER_STREAM)) {
+            let draws = stream.at_tick(tick);
+            for range_m in block {
+                let missed = draws.uniform() < self.spec.miss_probability.get();
+                let noise_m = self.spec.range_noise_m.get() * draws.normal();
+                *range_m = if missed { f64::INFINITY } else { math::max(*range_m + noise_m, 0.0) };
+            }
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! Where the robot believes to be.
+
+use crate::geometry::{Pose, Vec2, wrap_angle};
+use crate::rng::{EpisodeSeed, Purpose, Stream};
+use crate::settings::quantity::NonNegative;
+use crate::world::DT_S;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How well the robot knows where it is (scenario key `localisation`); perfectly by default.
+///
+/// The believed pose is the true one plus an error in x, y and heading: a random walk that starts at 0 with the episode (the
+/// drift of dead reckoning) plus noise that is drawn anew every tick. All of it is normal. What the robot senses it sees from
+/// where it is and places as seen from where it believes to be. Goal and contact are judged on the truth.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LocalisationSpec {
+    /// Standard deviation of the noise of x and of y, m; default 0.
+    pub position_noise_m: NonNegative,
+    /// Standard deviation of the noise of the heading, rad; default 0.
+    pub heading_noise_rad: NonNegative,
+    /// Standard deviation of the drift of x and of y after one second, m; it grows with the root of time. Default 0.
+    pub position_drift_m: NonNegative,
+    /// Standard deviation of the drift of the heading after one second, rad; it grows with the root of time. Default 0.
+    pub heading_drift_rad: NonNegative,
+}
+
+impl Default for LocalisationSpec {
+    fn default() -> Self {
+        let none = NonNegative::new(0.0);
+        Self { position_noise_m: none, heading_noise_rad: none, position_drift_m: none, heading_drift_rad: none }
+    }
+}
+
+/// Where the robot believes to be.
+#[derive(Clone, Debug)]
+pub(super) struct Localisation {
+    spec: LocalisationSpec,
+    noise: Stream,
+    walk: Stream,
+    drift: Pose,
+    is_exact: bool,
+}
+
+impl Localisation {
+    pub(super) fn new(spec: &LocalisationSpec, seed: EpisodeSeed) -> Self {
+        Self {
+            is_exact: *spec == LocalisationSpec::default(),
+            noise: seed.stream(Purpose::Localisation, 0),
+            walk: seed.stream(Purpose::Localisation, 1),
+            drift: Pose::new(0.0, 0.0, 0.0),
+            spec: spec.clone(),
+        }
+    }
+
+    /// The believed pose at `tick` for the true pose `pose`: to be asked once a tick, in order.
+    pub(super) fn believe(&mut self, pose: Pose, tick: u32) -> Pose {
+        if self.is_exact {
+            return pose;
+        }
+        if tick > 0 {
+            let step = DT_S.sqrt();
+            let draws = self.walk.at_tick(tick);
+            let walked = self.spec.position_drift_m.get() * step * Vec2::new(draws.normal(), draws.normal());
+            self.drift.position += walked;
+            self.drift.theta += self.spec.heading_drift_rad.get() * step * draws.normal();
+        }
+        let draws = self.noise.at_tick(tick);
+        let noise = self.spec.position_noise_m.get() * Vec2::new(draws.normal(), draws.normal());
+        let turn = self.spec.heading_noise_rad.get() * draws.normal();
+        Pose {
+            position: pose.position + self.drift.position + noise,
+            theta: wrap_angle(pose.theta + self.drift.theta + turn),
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! What the robot perceives: where it is, obstacles and ranges, with all that stands between them and the truth.
+
+mod lidar;
+mod localisation;
+mod ray;
+mod sensor;
+
+use super::Conditions;
+use super::obstacles::unknown_static::UnknownStatic;
+use super::truth::{Bodies, Body};
+use crate::geometry::convex::turned;
+use crate::geometry::{Pose, Vec2, direction, wrap_angle};
+use crate::observation::{Belief, Scan, SensedObstacle};
+use lidar::Lidar;
+use localisation::Localisation;
+use sensor::Sensor;
+
+pub use lidar::LidarSpec;
+pub use localisation::LocalisationSpec;
+pub use sensor::SensingSpec;
+pub(super) use sensor::Surroundings;
+
+/// What the robot perceives in one episode.
+#[derive(Debug)]
+pub(super) struct Perception {
+    sensor: Sensor,
+    lidar: Option<Lidar>,
+    localisation: Localisation,
+    /// Where the robot believes to be at the beginning of this tick.
+    pub(super) believed: Pose,
+    /// Each unknown static as the robot believes it, if it knows of it, and how many it knows.
+    known: Vec<Option<UnknownStatic>>,
+    known_count: u32,
+}
+
+/// From where something is to where a robot places it that may be wrong about its own pose.
+#[derive(Clone, Copy)]
+struct Placing {
+    eye: Pose,
+    believed: Pose,
+    turn: f64,
+    axis: Vec2,
+}
+
+impl Placing {
+    fn new(eye: Pose, believed: Pose) -> Self {
+        let turn = wrap_angle(believed.theta - eye.theta);
+        Self { eye, believed, turn, axis: direction(turn) }
+    }
+
+    fn is_lost(&self) -> bool {
+        self.believed != self.eye
+    }
+
+    fn direction(&self, d: Vec2) -> Vec2 {
+        if self.is_lost() { turned(d, self.axis) } else { d }
+    }
+
+    fn point(&self, p: Vec2) -> Vec2 {
+        if self.is_lost() { self.believed.position + self.direction(p - self.eye.position) } else { p }
+    }
+}
+
+impl Perception {
+    pub(super) fn new(conditions: &Conditions, bodies: Bodies, start: Pose) -> Self {
+        let Conditions { seed, sensing, localisation, .. } = conditions;
+        Self {
+            sensor: Sensor::new(sensing, *seed, bodies),
+            lidar: sensing.lidar.as_ref().map(|spec| Lidar::new(spec, *seed)),
+            localisation: Localisation::new(localisation, *seed),
+            believed: start,
+            known: vec![None; bodies.unknown],
+            known_count: 0,
+        }
+    }
+
+    pub(super) fn set_range_m(&mut self, range_m: f64) {
+        self.sensor.set_range_m(range_m);
+    }
+
+    /// Makes up the robot's mind where it is at `tick`, given its true pose: to be asked once a tick, in order.
+    pub(super) fn believe(&mut self, pose: Pose, tick: u32) {
+        self.believed = self.localisation.believe(pose, tick);
+    }
+
+    /// Unknown statics that the robot knows of by now.
+    pub(super) fn seen_statics(&self) -> u32 {
+        self.known_count
+    }
+
+    /// What the scanner measured when the robot last sensed.
+    pub(super) fn scan(&self) -> Option<Scan<'_>> {
+        self.lidar.as_ref().map(|lidar| {
+            let (bearing_first_rad, bearing_step_rad) = lidar.bearings_rad();
+            Scan { bearing_first_rad, bearing_step_rad, ranges_m: &lidar.ranges_m }
+        })
+    }
+
+    /// Senses from the true pose `eye`; see [`World::sense`](super::World::sense).
+    pub(super) fn sense(
+        &mut self,
+        scene: &Surroundings<'_>,
+        eye: Pose,
+        tick: u32,
+        belief: &mut Belief,
+        sensed: &mut Vec<SensedObstacle>,
+    ) {
+        let placing = Placing::new(eye, self.believed);
+        self.sense_movers(scene, placing, tick, sensed);
+        for number in 0..scene.statics.unknown.len() {
+            self.sense_static(scene, placing, tick, number, belief);
+        }
+        if let Some(lidar) = &mut self.lidar {
+            lidar.scan(scene, eye, tick);
+        }
+    }
+
+    fn sense_movers(
+        &mut self,
+        scene: &Surroundings<'_>,
+        placing: Placing,
+        tick: u32,
+        sensed: &mut Vec<SensedObstacle>,
+    ) {
+        let eye = placing.eye;
+        sensed.clear();
+        for (number, mover) in scene.movers.iter().enumerate().filter(|(_, mover)| mover.present) {
+            let gap_m = mover.outline.distance_m(mover.position, eye.position);
+            let nearest = || mover.nearest_point(eye.position);
+            if let Some(sighting) = self.sensor.look(scene, eye, tick, Body::Mover(number), gap_m, nearest) {
+                sensed.push(SensedObstacle {
+                    id: number as u32,
+                    position: placing.point(mover.position + sighting.offset),
+                    velocity: placing.direction(mover.velocity + sighting.velocity_error),
+                    outline: mover.outline.clone().with_axis(placing.direction(mover.outline.axis())),
+                });
+            }
+        }
+    }
+
+    /// Looks whether unknown static `number` is where the robot believes it to be, or is not.
+    fn sense_static(
+        &mut self,
+        scene: &Surroundings<'_>,
+        placing: Placing,
+        tick: u32,
+        number: usize,
+        belief: &mut Belief,
+    ) {
+        let (eye, obstacle) = (placing.eye, &scene.statics.unknown[number]);
+        if obstacle.is_present() == self.known[number].is_some() {
+            return;
+        }
+        // One that is gone is looked for where it was.
+        let there = obstacle.clone().with_presence(true);
+        let gap_m = there.distance_m(eye.position);
+        let nearest = || there.nearest_point(eye.position);
+        let Some(sighting) = self.sensor.look(scene, eye, tick, Body::Unknown(number), gap_m, nearest) else { return };
+        if let Some(gone) = self.known[number].take() {
+            self.known_count -= 1;
+            let others = &self.known;
+            belief.remove(
+                gone.bounds(),
+                |square| gone.touches(square),
+                |square| others.iter().flatten().any(|other| other.touches(square)),
+            );
+            return;
+        }
+        let perceived = if placing.is_lost() || sighting.offset != Vec2::zeros() {
+            let position = placing.point(obstacle.pose().position + sighting.offset);
+            let pose = Pose { position, theta: wrap_angle(obstacle.pose().theta + placing.turn) };
+            UnknownStatic::new(pose, obstacle.shape().clone())
+        } else {
+            obstacle.clone()
+        };
+        belief.add(perceived.bounds(), |square| perceived.touches(square));
+        self.known[number] = Some(perceived);
+        self.known_count += 1;
+    }
+}

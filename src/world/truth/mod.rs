@@ -1,0 +1,423 @@
+//! The world while it runs: actuation, motion, sensing, and the judgement of contact and clearance.
+
+mod bodies;
+mod contact;
+mod physics;
+#[cfg(test)]
+mod tests;
+mod tick;
+
+use super::Conditions;
+use super::DT_S;
+use super::drive::Drivetrain;
+use super::motion::{Course, Driver, Span};
+use super::obstacles::moving::Mover;
+use super::obstacles::unknown_static::UnknownStatic;
+use super::scene::Scene;
+use super::sense::{Perception, Surroundings};
+use super::statics::Statics;
+use crate::geometry::{Pose, Twist, Vec2};
+use crate::math;
+use crate::observation::{Belief, Scan, SensedObstacle};
+use crate::robot::Robot;
+use crate::settings::quantity::Fraction;
+use contact::{Sample, bound, first_contact, lowest};
+use physics::Physics;
+use tick::Tick;
+
+use bodies::PerBody;
+pub(super) use bodies::{Bodies, Body};
+
+/// Below this speed, m/s, and [`REST_YAW_RATE_RADPS`] the robot counts as standing still.
+const REST_SPEED_MPS: f64 = 0.01;
+/// Below this yaw rate, rad/s, and [`REST_SPEED_MPS`] the robot counts as standing still.
+const REST_YAW_RATE_RADPS: f64 = 0.02;
+
+/// Result of one tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Footprint edge to the nearest obstacle at the end of the tick (or at the contact), m.
+    pub clearance_m: f64,
+    /// A lower bound of the clearance at every moment of the tick, m: never above the truth, and within a millimetre of
+    /// it wherever it is the lowest of the episode so far.
+    pub clearance_low_m: f64,
+    /// The first contact, which ends the episode.
+    pub contact: Option<Contact>,
+}
+
+/// A first contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// What the robot touched.
+    pub with: ObstacleKind,
+    /// Moment within the tick, s.
+    pub time_s: f64,
+    /// Whether the robot stood still: slower than 0.01 m/s and 0.02 rad/s.
+    pub at_rest: bool,
+    /// True pose at the contact, grid frame.
+    pub pose: Pose,
+}
+
+/// What the robot touched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ObstacleKind {
+    /// A cell of the known map.
+    KnownStatic,
+    /// An obstacle that stands still and is not on the map.
+    UnknownStatic,
+    /// A mover.
+    Dynamic,
+    /// The edge of the map.
+    Boundary,
+}
+
+impl ObstacleKind {
+    /// The name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::KnownStatic => "known_static",
+            Self::UnknownStatic => "unknown_static",
+            Self::Dynamic => "dynamic",
+            Self::Boundary => "boundary",
+        }
+    }
+}
+
+/// The world of one scene: the truth. Its state is in f64, in the grid frame.
+pub struct World<'s> {
+    scene: &'s Scene,
+    robot: &'s Robot,
+    conditions: Conditions,
+    clock: Clock,
+    state: RobotState,
+    goal: Vec2,
+    perception: Perception,
+    drivetrain: Drivetrain,
+    movers: Movers,
+    /// The scene's unknown statics, there or not as the script has it.
+    unknown: Vec<UnknownStatic>,
+    gaps: Gaps,
+    physics: Physics,
+}
+
+/// How far the episode has come.
+#[derive(Clone, Copy, Debug)]
+struct Clock {
+    tick: u32,
+    /// Whether this tick's changes have been made.
+    has_begun: bool,
+    /// Events of the script that have happened.
+    events: usize,
+}
+
+impl Clock {
+    /// The time of this tick.
+    fn span(&self) -> Span {
+        Span { begin_s: f64::from(self.tick) * DT_S, lasts_s: DT_S }
+    }
+}
+
+/// Where the robot is and how it moves.
+#[derive(Clone, Copy, Debug)]
+struct RobotState {
+    pose: Pose,
+    /// Motion over ground during the last tick.
+    twist: Twist,
+}
+
+/// The movers, one after the other in each list.
+#[derive(Debug)]
+struct Movers {
+    states: Vec<Mover>,
+    drivers: Vec<Driver>,
+    /// Where each is at every moment of this tick.
+    courses: Vec<Course>,
+}
+
+/// Gaps between the footprint and every body, m.
+#[derive(Debug)]
+struct Gaps {
+    now_m: PerBody<f64>,
+    /// At the beginning of the last tick.
+    before_m: PerBody<f64>,
+    /// The lowest of the episode so far.
+    lowest_m: f64,
+}
+
+impl Gaps {
+    fn new(bodies: Bodies) -> Self {
+        let gaps_m = PerBody::new(bodies, 0.0);
+        Self { now_m: gaps_m.clone(), before_m: gaps_m, lowest_m: f64::INFINITY }
+    }
+
+    /// The last tick's end becomes the beginning of this one.
+    fn advance(&mut self) {
+        core::mem::swap(&mut self.now_m, &mut self.before_m);
+    }
+}
+
+fn smallest(gaps_m: &PerBody<f64>) -> f64 {
+    gaps_m.iter().fold(f64::INFINITY, |best, (_, &gap)| math::min(best, gap))
+}
+
+impl core::fmt::Debug for World<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("World")
+            .field("pose", &self.state.pose)
+            .field("twist", &self.state.twist)
+            .field("movers", &self.movers.states)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'s> World<'s> {
+    /// The world of `scene` before the first tick.
+    pub fn new(scene: &'s Scene, robot: &'s Robot, conditions: &Conditions) -> Self {
+        let bodies = Bodies { unknown: scene.unknown_static.len(), movers: scene.movers.len() };
+        let mut world = Self {
+            scene,
+            robot,
+            conditions: conditions.clone(),
+            clock: Clock { tick: 0, has_begun: false, events: 0 },
+            state: RobotState { pose: scene.start, twist: Twist::ZERO },
+            goal: scene.goal,
+            perception: Perception::new(conditions, bodies, scene.start),
+            drivetrain: Drivetrain::new(&conditions.actuation, conditions.seed),
+            movers: Movers {
+                states: scene.movers.clone(),
+                drivers: scene.movers.iter().map(Driver::new).collect(),
+                courses: scene.movers.iter().map(|mover| Course::standing(mover.position)).collect(),
+            },
+            unknown: scene.unknown_static.clone(),
+            gaps: Gaps::new(bodies),
+            physics: Physics::new(scene, robot),
+        };
+        world.begin_tick();
+        let tick = Tick {
+            statics: Statics { map: &scene.map, unknown: &world.unknown },
+            movers: &world.movers.states,
+            courses: &world.movers.courses,
+            begin: world.state.pose,
+            twist: Twist::ZERO,
+            robot,
+        };
+        tick.measure(0.0, &mut world.gaps.now_m);
+        world.gaps.lowest_m = smallest(&world.gaps.now_m);
+        world
+    }
+
+    /// Puts everything back to before the first tick.
+    pub fn reset(&mut self) {
+        *self = Self::new(self.scene, self.robot, &self.conditions);
+    }
+
+    /// True pose of the robot, grid frame.
+    pub fn pose(&self) -> Pose {
+        self.state.pose
+    }
+
+    /// Pose that the robot believes to have at the beginning of this tick, grid frame.
+    pub fn believed_pose(&self) -> Pose {
+        self.perception.believed
+    }
+
+    /// True twist of the robot during the last tick: its motion over ground.
+    pub fn twist(&self) -> Twist {
+        self.state.twist
+    }
+
+    /// Twist of the robot's wheels during the last tick: what it believes its twist to be.
+    pub fn odometry(&self) -> Twist {
+        self.drivetrain.wheels
+    }
+
+    /// Where the robot is to go now, grid frame.
+    pub fn goal(&self) -> Vec2 {
+        self.goal
+    }
+
+    /// What the scanner measured at the beginning of this tick, after [`Self::sense`].
+    pub fn scan(&self) -> Option<Scan<'_>> {
+        self.perception.scan()
+    }
+
+    /// The movers as they are now, in the scene's order.
+    pub fn movers(&self) -> &[Mover] {
+        &self.movers.states
+    }
+
+    /// Footprint edge to the nearest obstacle now, m, exact.
+    pub fn clearance_m(&self) -> f64 {
+        smallest(&self.gaps.now_m)
+    }
+
+    /// Unknown statics that the robot knows of by now.
+    pub fn seen_statics(&self) -> u32 {
+        self.perception.seen_statics()
+    }
+
+    /// Makes the changes with which this tick begins, once: the script's events, movers that set out another way, appear or
+    /// vanish, what the robot believes of itself.
+    fn begin_tick(&mut self) {
+        if core::mem::replace(&mut self.clock.has_begun, true) {
+            return;
+        }
+        let (scene, tick) = (self.scene, self.clock.tick);
+        while let Some(event) = scene.script.get(self.clock.events).filter(|event| event.tick <= tick) {
+            self.clock.events += 1;
+            event.change.apply(self);
+        }
+        for number in 0..self.movers.states.len() {
+            let mover = &mut self.movers.states[number];
+            let was_present = mover.present;
+            self.movers.drivers[number].begin(mover, self.clock.span());
+            if mover.present != was_present {
+                self.note_presence(number);
+            }
+        }
+        self.perception.believe(self.state.pose, tick);
+    }
+
+    /// An unknown static is there or not from now on.
+    pub(super) fn set_obstacle_presence(&mut self, number: usize, present: bool) {
+        let obstacle = &mut self.unknown[number];
+        obstacle.set_presence(present);
+        self.physics.set_presence(number, present);
+        self.gaps.now_m[Body::Unknown(number)] = obstacle.gap_m(&self.robot.body(self.state.pose));
+    }
+
+    /// A mover is there or not from now on.
+    pub(super) fn set_mover_presence(&mut self, number: usize, present: bool) {
+        self.movers.states[number].present = present;
+        self.note_presence(number);
+    }
+
+    /// A mover has appeared or vanished.
+    fn note_presence(&mut self, number: usize) {
+        let mover = &self.movers.states[number];
+        self.movers.courses[number] = Course::standing(mover.position);
+        let footprint = self.robot.body(self.state.pose);
+        let gap_m = if mover.present { mover.gap_m(mover.position, &footprint) } else { f64::INFINITY };
+        self.gaps.now_m[Body::Mover(number)] = gap_m;
+    }
+
+    /// A mover stands from now on, or goes on.
+    pub(super) fn halt_mover(&mut self, number: usize, halted: bool) {
+        self.movers.drivers[number].halted = halted;
+    }
+
+    /// A mover has another velocity from now on, m/s, grid frame.
+    pub(super) fn set_mover_velocity(&mut self, number: usize, velocity: Vec2) {
+        self.movers.drivers[number].set_velocity(&mut self.movers.states[number], velocity);
+    }
+
+    /// The goal is elsewhere from now on, grid frame, m.
+    pub(super) fn set_goal(&mut self, goal: Vec2) {
+        self.goal = goal;
+    }
+
+    /// The sensor for obstacles has another range from now on, m.
+    pub(super) fn set_sensor_range_m(&mut self, range_m: f64) {
+        self.perception.set_range_m(range_m);
+    }
+
+    /// The wheels slip by other shares from now on.
+    pub(super) fn set_wheel_slip(&mut self, left: [Fraction; 2], right: [Fraction; 2]) {
+        self.drivetrain.set_slip(left, right);
+    }
+
+    /// Senses: writes the movers in range to `sensed` (the scene's order), and what is new of the unknown statics to
+    /// `belief`: every cell that one touches where it is perceived, or that one no longer touches that is seen to be gone.
+    ///
+    /// What is perceived, and how, [`SensingSpec`](super::SensingSpec) says.
+    pub fn sense(&mut self, belief: &mut Belief, sensed: &mut Vec<SensedObstacle>) {
+        self.begin_tick();
+        let statics = Statics { map: &self.scene.map, unknown: &self.unknown };
+        let surroundings = Surroundings { statics, movers: &self.movers.states };
+        self.perception.sense(&surroundings, self.state.pose, self.clock.tick, belief, sensed);
+    }
+
+    /// Drives one tick of [`DT_S`] and judges it.
+    ///
+    /// # Panics
+    /// If the command is not finite.
+    pub fn step(&mut self, command: Twist) -> Step {
+        assert!(command.v.is_finite() && command.omega.is_finite(), "the command is not finite: {command:?}");
+        self.begin_tick();
+        let span = self.clock.span();
+        self.state.twist = self.drivetrain.drive(self.robot, command, self.clock.tick);
+        let statics = Statics { map: &self.scene.map, unknown: &self.unknown };
+        let Movers { states, drivers, courses } = &mut self.movers;
+        for (number, ((mover, driver), course)) in states.iter().zip(drivers).zip(&mut *courses).enumerate() {
+            let robot = (self.state.pose.position, self.gaps.now_m[Body::Mover(number)]);
+            *course = driver.course(mover, &statics, robot, span);
+        }
+        let tick = Tick {
+            statics,
+            movers: states,
+            courses,
+            begin: self.state.pose,
+            twist: self.state.twist,
+            robot: self.robot,
+        };
+        self.gaps.advance();
+        tick.measure(span.lasts_s, &mut self.gaps.now_m);
+        let (end_s, touched) = self.gaps.first_contact(&tick, span.lasts_s);
+        if touched.is_some() {
+            tick.measure(end_s, &mut self.gaps.now_m);
+        }
+        let clearance_m = smallest(&self.gaps.now_m);
+        let clearance_low_m = self.gaps.lowest(&tick, end_s);
+
+        let pose = tick.pose(end_s);
+        let contact = touched.map(|body| Contact {
+            with: tick.kind(body, end_s),
+            time_s: end_s,
+            at_rest: tick.twist.v.abs() < REST_SPEED_MPS && tick.twist.omega.abs() < REST_YAW_RATE_RADPS,
+            pose,
+        });
+        self.state.pose = pose;
+        for (mover, course) in states.iter_mut().zip(courses) {
+            (mover.position, mover.velocity) = course.at(end_s);
+        }
+        self.physics.step(pose, states);
+        self.clock.tick += 1;
+        self.clock.has_begun = false;
+        Step { clearance_m, clearance_low_m, contact }
+    }
+}
+
+impl Gaps {
+    /// When and what the robot touches first in a tick of `lasts_s` seconds; the end of the tick, and nothing, if it touches
+    /// nothing. Ties go to the first body.
+    fn first_contact(&self, tick: &Tick<'_>, lasts_s: f64) -> (f64, Option<Body>) {
+        let (mut end_s, mut touched) = (lasts_s, None);
+        for ((body, &before_m), (_, &now_m)) in self.before_m.iter().zip(self.now_m.iter()) {
+            let from = Sample { time_s: 0.0, gap_m: before_m };
+            let to = Sample { time_s: lasts_s, gap_m: now_m };
+            if bound(tick.rate(body), from, to) >= 0.0 {
+                continue;
+            }
+            if let Some(time_s) = first_contact(|time_s| tick.gap_m(body, time_s), tick.rate(body), end_s)
+                && (touched.is_none() || time_s < end_s)
+            {
+                (end_s, touched) = (time_s, Some(body));
+            }
+        }
+        (end_s, touched)
+    }
+
+    /// A lower bound of the clearance from the beginning of the tick to `end_s`, noted for the episode.
+    fn lowest(&mut self, tick: &Tick<'_>, end_s: f64) -> f64 {
+        let mut low = smallest(&self.now_m);
+        let mut seen = math::min(smallest(&self.before_m), low);
+        for ((body, &before_m), (_, &now_m)) in self.before_m.iter().zip(self.now_m.iter()) {
+            let from = Sample { time_s: 0.0, gap_m: before_m };
+            let to = Sample { time_s: end_s, gap_m: now_m };
+            let gap = |time_s| tick.gap_m(body, time_s);
+            low = math::min(low, lowest(&gap, tick.rate(body), from, to, self.lowest_m, &mut seen));
+        }
+        self.lowest_m = math::min(self.lowest_m, low);
+        low
+    }
+}
