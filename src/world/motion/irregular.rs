@@ -130,6 +130,7 @@ impl Drive for Wanderer {
 mod tests {
     use super::*;
     use crate::rng::{EpisodeSeed, Purpose};
+    use crate::world::scene::tests::{scene_of, states};
 
     fn motion() -> Irregular {
         let stream = EpisodeSeed { seed: 3, episode: 1 }.stream(Purpose::Motion, 7);
@@ -177,5 +178,37 @@ mod tests {
             driver.begin(&mut mover, Span { begin_s: f64::from(tick) * DT_S, lasts_s: DT_S });
         }
         driver.way(&mover)
+    }
+
+    #[test]
+    fn an_irregular_mover_changes_course_as_often_and_as_much_as_it_says() {
+        let text =
+            "moving: [random: {speed_mps: [0.8, 1.0], motion: {irregular: {interval_s: [1, 3]}}, on_static: pass}]";
+        let (mut changes_s, mut headings, mut speeds) = (Vec::new(), Vec::new(), Vec::new());
+        for episode in 0..40 {
+            let states = states(&scene_of(text, episode), 600);
+            let mut last = 0;
+            for tick in 1..states.len() {
+                let (before, after) = (states[tick - 1][0].velocity, states[tick][0].velocity);
+                if before != after {
+                    changes_s.push((tick - last) as f64 * 0.1);
+                    last = tick;
+                    headings.push(math::atan2(after.y, after.x));
+                    speeds.push(after.norm());
+                }
+                let moved = states[tick][0].position - states[tick - 1][0].position;
+                assert!((moved - after * 0.1).norm() < 1e-9, "straight within a tick");
+            }
+        }
+        let n = changes_s.len() as f64;
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        assert!(n > 1000.0, "{n}");
+        // Uniform on [1, 3]: mean 2, sd 0.577; four standard errors. The first interval of an episode counts from tick 1.
+        assert!((mean(&changes_s) - 2.0).abs() < 4.0 * 0.577 / n.sqrt(), "{}", mean(&changes_s));
+        assert!(changes_s.iter().all(|s| (0.95..=3.15).contains(s)));
+        assert!((mean(&speeds) - 0.9).abs() < 4.0 * 0.058 / n.sqrt() && speeds.iter().all(|s| (0.8..=1.0).contains(s)));
+        let turn: Vec2 = headings.iter().map(|&heading| direction(heading)).sum::<Vec2>() / n;
+        // The mean direction of n uniform headings is about 1/√n long.
+        assert!(turn.norm() < 3.0 / n.sqrt(), "{turn:?}");
     }
 }

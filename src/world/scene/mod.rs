@@ -19,7 +19,7 @@ mod place;
 mod route;
 mod spec;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use super::obstacles::Drawing;
 use super::obstacles::moving::Mover;

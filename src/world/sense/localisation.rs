@@ -74,3 +74,50 @@ impl Localisation {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SEED: EpisodeSeed = EpisodeSeed { seed: 4, episode: 2 };
+
+    /// The errors in x, y and heading at the first ticks of a robot that stands at the origin.
+    fn errors(spec: &LocalisationSpec, ticks: u32) -> Vec<Pose> {
+        let mut localisation = Localisation::new(spec, SEED);
+        (0..ticks).map(|tick| localisation.believe(Pose::new(0.0, 0.0, 0.0), tick)).collect()
+    }
+
+    #[test]
+    fn without_noise_the_robot_knows_where_it_is() {
+        let pose = Pose::new(1.0, 2.0, 3.0);
+        assert_eq!(Localisation::new(&LocalisationSpec::default(), SEED).believe(pose, 5), pose);
+    }
+
+    #[test]
+    fn drift_begins_at_zero_and_adds_up_in_steps_of_the_root_of_the_period() {
+        let spec = LocalisationSpec { position_drift_m: NonNegative::new(0.2), ..LocalisationSpec::default() };
+        let errors = errors(&spec, 5);
+        assert_eq!(errors[0].position, Vec2::zeros());
+        let mut walk = SEED.stream(Purpose::Localisation, 1);
+        let mut expected = Vec2::zeros();
+        for (tick, error) in (1..).zip(&errors[1..]) {
+            let draws = walk.at_tick(tick);
+            expected += 0.2 * 0.1f64.sqrt() * Vec2::new(draws.normal(), draws.normal());
+            assert!((error.position - expected).norm() < 1e-12);
+            assert_eq!(error.theta, 0.0);
+        }
+    }
+
+    #[test]
+    fn noise_does_not_add_up() {
+        let spec = LocalisationSpec { heading_noise_rad: NonNegative::new(0.1), ..LocalisationSpec::default() };
+        let errors = errors(&spec, 4);
+        let mut noise = SEED.stream(Purpose::Localisation, 0);
+        for (tick, error) in (0..).zip(&errors) {
+            let draws = noise.at_tick(tick);
+            let (_, _, turn) = (draws.normal(), draws.normal(), draws.normal());
+            assert_eq!(error.theta, wrap_angle(0.1 * turn));
+            assert_eq!(error.position, Vec2::zeros());
+        }
+    }
+}
