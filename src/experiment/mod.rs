@@ -406,6 +406,7 @@ impl Setup {
             sensing: scenario.sensing.clone(),
             localisation: scenario.localisation.clone(),
             actuation: scenario.actuation.clone(),
+            ..Conditions::default()
         };
         let stack = slot.get_or_insert_with(|| spec.build(&scenario.planning));
         let outcome = runner.run(scene, &self.robot, &conditions, &scenario.termination, stack);
