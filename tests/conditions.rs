@@ -277,7 +277,7 @@ fn an_obstacle_of_the_script_appears_is_believed_vanishes_and_is_forgotten_when_
     let mut scene = hall(20, 10);
     let crate_at = UnknownStatic::new(Pose::new(8.5, 5.5, 0.0), Shape::Rectangle { half_m: Vec2::new(0.5, 0.5) });
     scene.unknown_static.push(crate_at.with_presence(false));
-    let event = |tick, present| Event { tick, change: Change::obstacle(0, present) };
+    let event = |tick: u32, present| Event { at_s: f64::from(tick) * DT_S, change: Change::obstacle(0, present) };
     scene.script = vec![event(3, true), event(6, false)];
     let robot = Robot::default();
     let mut world = World::new(&scene, &robot, &Conditions::default());
@@ -302,8 +302,8 @@ fn an_obstacle_that_vanishes_out_of_range_stays_believed() {
     let crate_at = UnknownStatic::new(Pose::new(8.5, 5.5, 0.0), Shape::Rectangle { half_m: Vec2::new(0.5, 0.5) });
     scene.unknown_static.push(crate_at);
     scene.script = vec![
-        Event { tick: 1, change: Change::sensor_range(1.0) },
-        Event { tick: 2, change: Change::obstacle(0, false) },
+        Event { at_s: 0.1, change: Change::sensor_range(1.0) },
+        Event { at_s: 0.2, change: Change::obstacle(0, false) },
     ];
     let robot = nimble();
     let mut world = World::new(&scene, &robot, &Conditions::default());
@@ -325,7 +325,7 @@ fn an_obstacle_that_vanishes_out_of_range_stays_believed() {
 fn a_goal_that_moves_is_planned_for_whatever_the_rule() {
     let mut scene = hall(20, 10);
     let there = Vec2::new(3.0, 8.0);
-    scene.script = vec![Event { tick: 20, change: Change::goal(there) }];
+    scene.script = vec![Event { at_s: 2.0, change: Change::goal(there) }];
     for global in ["a_star", "none"] {
         let global = (global != "none").then(|| GlobalChoice::by_name(global).unwrap().build());
         let mut stack = Stack::new(global, Vec::new(), LocalChoice::by_name("dwa").unwrap().build());
@@ -340,14 +340,14 @@ fn a_goal_that_moves_is_planned_for_whatever_the_rule() {
         assert_eq!((trace.replans, trace.paths[1].tick), (1, 20));
     }
     assert!(!scene.has_a_fixed_task());
-    assert_eq!((scene.goal_during(19), scene.goal_during(20)), (scene.goal, there));
+    assert_eq!((scene.goal_at(1.9), scene.goal_at(2.0)), (scene.goal, there));
 }
 
 #[test]
 fn movers_do_what_the_script_says() {
     let mut scene = hall(20, 10);
     scene.movers.push(Mover::new(Vec2::new(12.0, 2.0), Vec2::new(0.5, 0.0), 0.3));
-    let event = |tick, change| Event { tick, change };
+    let event = |tick: u32, change| Event { at_s: f64::from(tick) * DT_S, change };
     scene.script = vec![
         event(2, Change::halt(0, true)),
         event(4, Change::halt(0, false)),
@@ -388,7 +388,7 @@ fn movers_do_what_the_script_says() {
 fn wheels_slip_from_the_moment_that_the_script_says() {
     let mut scene = hall(20, 10);
     let lossy = [Fraction::new(0.5); 2];
-    scene.script = vec![Event { tick: 2, change: Change::wheel_slip(lossy, lossy) }];
+    scene.script = vec![Event { at_s: 0.2, change: Change::wheel_slip(lossy, lossy) }];
     let robot = nimble();
     let mut world = World::new(&scene, &robot, &Conditions::default());
     let speeds: Vec<f64> = (0..4)

@@ -407,6 +407,7 @@ impl Setup {
             sensing: scenario.sensing.clone(),
             localisation: scenario.localisation.clone(),
             actuation: scenario.actuation.clone(),
+            ..Conditions::default()
         };
         let stack = slot.get_or_insert_with(|| spec.build(&scenario.planning));
         let termination = &scenario.termination;

@@ -164,7 +164,10 @@ pub fn measure(episode: Episode<'_>, spec: &MetricsSpec) -> Metrics {
         spl: real(drive::spl(success, length_m, shortest_m)),
         turning_points: Some(drive::turning_points(ticks)),
         turning_angle_deg: real(Some(drive::turning_angle_deg(ticks))),
-        goal_error_m: real(Some(drive::goal_error_m(last, scene.goal_during(last.tick.saturating_sub(1))))),
+        goal_error_m: real(Some(drive::goal_error_m(
+            last,
+            scene.goal_at(f64::from(last.tick.saturating_sub(1)) * dt_s),
+        ))),
         clearance_min_m: real(drive::clearance_min_m(ticks)),
         clearance_mean_m: real(drive::clearance_mean_m(ticks)),
         near_miss_s: real(Some(drive::near_miss_s(ticks, spec.near_miss_m.get(), dt_s))),

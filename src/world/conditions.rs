@@ -1,18 +1,34 @@
 //! How the robot perceives and obeys in one episode.
 
+use super::DT_S;
 use super::drive::ActuationSpec;
 use super::sense::{LocalisationSpec, SensingSpec};
 use crate::rng::EpisodeSeed;
+use crate::settings::quantity::Positive;
 
 /// How the robot perceives and obeys in one episode. The default is a perfect robot that senses 5 m around itself.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Conditions {
     /// Source of the episode's noise.
     pub seed: EpisodeSeed,
+    /// Control period, s: how long a tick lasts. Default: 0.1.
+    pub control_period_s: Positive,
     /// What it senses of its surroundings (scenario key `sensing`).
     pub sensing: SensingSpec,
     /// How well it knows where it is (scenario key `localisation`).
     pub localisation: LocalisationSpec,
     /// How well it does what it is told (scenario key `actuation`).
     pub actuation: ActuationSpec,
+}
+
+impl Default for Conditions {
+    fn default() -> Self {
+        Self {
+            seed: EpisodeSeed::default(),
+            control_period_s: Positive::new(DT_S),
+            sensing: SensingSpec::default(),
+            localisation: LocalisationSpec::default(),
+            actuation: ActuationSpec::default(),
+        }
+    }
 }

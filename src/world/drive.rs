@@ -1,6 +1,5 @@
 //! From the command to the motion over ground: latency, the drive's limits, noise, slip.
 
-use super::DT_S;
 use crate::geometry::Twist;
 use crate::rng::{EpisodeSeed, Purpose, Stream};
 use crate::robot::Robot;
@@ -76,15 +75,15 @@ impl Drivetrain {
         (self.spec.slip_left, self.spec.slip_right) = (left, right);
     }
 
-    /// Takes the command of `tick` and returns the body's twist during it.
-    pub(super) fn drive(&mut self, robot: &Robot, command: Twist, tick: u32) -> Twist {
+    /// Takes the command of `tick`, which lasts `dt_s`, and returns the body's twist during it.
+    pub(super) fn drive(&mut self, robot: &Robot, command: Twist, tick: u32, dt_s: f64) -> Twist {
         let arrived = if self.on_the_way.is_empty() {
             command
         } else {
             let slot = tick as usize % self.on_the_way.len();
             core::mem::replace(&mut self.on_the_way[slot], command)
         };
-        self.wheels = robot.actuate(self.wheels, arrived, DT_S);
+        self.wheels = robot.actuate(self.wheels, arrived, dt_s);
         if self.spec.is_exact() {
             return self.wheels;
         }
@@ -99,5 +98,81 @@ impl Drivetrain {
         let (left, right) = robot.wheel_speeds(noisy);
         let (left, right) = (left * left_kept, right * right_kept);
         Twist { v: 0.5 * (left + right), omega: (right - left) / robot.track_width_m }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::quantity::CountOrZero;
+
+    /// A robot that reaches any command at once, its wheels half a metre apart.
+    fn robot() -> Robot {
+        Robot {
+            speed_max_mps: 5.0,
+            acceleration_mps2: 1e3,
+            deceleration_mps2: 1e3,
+            yaw_rate_max_radps: 20.0,
+            yaw_acceleration_radps2: 1e4,
+            track_width_m: 0.5,
+            wheel_speed_max_mps: 100.0,
+            ..Robot::default()
+        }
+    }
+
+    fn ahead(v: f64) -> Twist {
+        Twist { v, omega: 0.0 }
+    }
+
+    #[test]
+    fn a_command_takes_effect_after_the_latency() {
+        let spec = ActuationSpec { latency_ticks: CountOrZero::new(3), ..ActuationSpec::default() };
+        let mut drivetrain = Drivetrain::new(&spec, EpisodeSeed::default());
+        let speeds: Vec<f64> =
+            (0..7).map(|tick| drivetrain.drive(&robot(), ahead(f64::from(tick + 1)), tick, 0.1).v).collect();
+        assert_eq!(speeds[..3], [0.0; 3], "it stands until the first command arrives");
+        assert_eq!(speeds[3..], [1.0, 2.0, 3.0, 4.0]);
+    }
+
+    #[test]
+    fn the_limits_of_the_drive_hold_each_tick() {
+        let mut drivetrain = Drivetrain::new(&ActuationSpec::default(), EpisodeSeed::default());
+        // 0.5 m/s² for 0.1 s.
+        for tick in 0..4 {
+            let twist = drivetrain.drive(&Robot::default(), ahead(1.0), tick, 0.1);
+            assert!((twist.v - 0.05 * f64::from(tick + 1)).abs() < 1e-12);
+            assert_eq!(twist, drivetrain.wheels);
+        }
+    }
+
+    #[test]
+    fn wheels_that_slip_move_the_body_by_hand_worked_amounts() {
+        let mut drivetrain = Drivetrain::new(&ActuationSpec::default(), EpisodeSeed::default());
+        drivetrain.set_slip([Fraction::new(0.5); 2], [Fraction::new(0.0); 2]);
+        let command = Twist { v: 1.0, omega: 0.4 };
+        let twist = drivetrain.drive(&robot(), command, 0, 0.1);
+        // Rims: 1 − 0.1 = 0.9 and 1.1 m/s; the left one loses half: 0.45. v = 0.775, ω = 0.65 / 0.5.
+        assert!((twist.v - 0.775).abs() < 1e-12 && (twist.omega - 1.3).abs() < 1e-12, "{twist:?}");
+        assert_eq!(drivetrain.wheels, command, "odometry knows nothing of it");
+    }
+
+    #[test]
+    fn noise_is_a_share_of_the_motion_and_addressed_by_tick() {
+        let spec = ActuationSpec { speed_noise_share: NonNegative::new(0.1), ..ActuationSpec::default() };
+        let seed = EpisodeSeed { seed: 6, episode: 0 };
+        let drive = |tick: u32, v: f64| Drivetrain::new(&spec, seed).drive(&robot(), ahead(v), tick, 0.1);
+        assert_eq!(drive(4, 0.0), Twist::ZERO, "what stands does not shake");
+        let (one, two) = (drive(4, 1.0).v - 1.0, drive(4, 2.0).v - 2.0);
+        assert!(one != 0.0 && (two - 2.0 * one).abs() < 1e-12, "{one} {two}");
+        assert_ne!(drive(5, 1.0), drive(4, 1.0));
+        assert_eq!(drive(4, 1.0), drive(4, 1.0));
+    }
+
+    #[test]
+    fn a_longer_period_reaches_farther_into_the_limits() {
+        let mut drivetrain = Drivetrain::new(&ActuationSpec::default(), EpisodeSeed::default());
+        let twist = drivetrain.drive(&Robot::default(), Twist { v: 1.0, omega: 1.0 }, 0, 0.4);
+        // 0.5 m/s² and 2 rad/s² for 0.4 s.
+        assert!((twist.v - 0.2).abs() < 1e-12 && (twist.omega - 0.8).abs() < 1e-12, "{twist:?}");
     }
 }

@@ -1,7 +1,7 @@
 //! The world, the truth: the only user of rapier2d.
 //!
 //! A [`Scene`] is everything about one episode before its first tick, drawn from a [`SceneSpec`] or put together
-//! in code; a [`World`] drives it, tick by tick of [`DT_S`]. Positions are in the grid frame.
+//! in code; a [`World`] drives it, tick by tick of the control period ([`Conditions::control_period_s`]). Positions are in the grid frame.
 //!
 //! # What is computed where
 //!
@@ -12,6 +12,9 @@
 //! lag by a step and fire 2 cm early; it holds the scene for queries and pictures, and tests compare its distances with
 //! ours.
 //!
+//! Movers and the script go by time and not by tick: apart from what a mover does about the robot, and up to rounding, a world
+//! goes the same way at any control period.
+//!
 //! The verdict of a tick comes from exact distances of our own (disc to squares, rectangles, discs and the map's edge),
 //! advanced conservatively along that motion: no contact deeper than 1 mm is missed and none is invented, at any speed.
 //!
@@ -20,7 +23,7 @@
 //! - The episode ends at the first contact, so there is no collision response for the robot.
 //! - Movers, discs or convex outlines, pass through each other and through the robot; only statics and the map's edge
 //!   turn them. One that meets more than eight surfaces within a tick, wedged in a gap of its own width, stands for the
-//!   rest of it.
+//!   rest of it; of a recording, the first eight samples within a tick are passed on the way.
 //! - Perception and actuation are perfect unless [`Conditions`] say otherwise: noise, drift, latency, slip, occlusion.
 
 mod conditions;
@@ -46,5 +49,8 @@ pub use sense::{LidarSpec, LocalisationSpec, SensingSpec};
 pub use statics::StaticMap;
 pub use truth::{Contact, ObstacleKind, Step, World};
 
-/// Control period, s: the world's only time step. Time is `tick * DT_S`.
+/// Default of the control period ([`Conditions::control_period_s`]), s. Time is the number of the tick times the period.
 pub const DT_S: f64 = 0.1;
+
+/// What rounding may take from a time, s: an event or a change that is due this much after a tick's beginning is due then.
+const TIME_SLACK_S: f64 = 1e-9;

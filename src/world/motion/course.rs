@@ -4,7 +4,6 @@ use super::super::obstacles::moving::{Mover, OnStatic};
 use super::super::statics::Statics;
 use crate::geometry::Vec2;
 use crate::math;
-use crate::world::DT_S;
 
 /// Contacts with statics that one tick resolves; after them the mover stands for the rest of the tick. A disc
 /// wedged in a gap of its own width would bounce without end.
@@ -41,18 +40,25 @@ impl Course {
 
     /// The course of a mover that wants to go at `cruise`; `cruise` becomes what it wants afterwards.
     pub(super) fn drive(mover: &Mover, cruise: &mut Vec2, statics: &Statics<'_>, duration_s: f64) -> Self {
-        let mut course = Self::standing(mover.position);
-        course.speed = cruise.norm();
-        course.legs[0].velocity = *cruise;
-        if mover.on_static == OnStatic::Pass || course.speed == 0.0 {
-            return course;
+        let mut course = Self::empty(mover.position, 0.0);
+        course.go_on(mover, cruise, statics, 0.0, duration_s);
+        course
+    }
+
+    /// Goes on at `cruise` from `from_s`, where the course ends so far, to `until_s`; `cruise` becomes what the mover wants
+    /// afterwards.
+    pub(super) fn go_on(&mut self, mover: &Mover, cruise: &mut Vec2, statics: &Statics<'_>, from_s: f64, until_s: f64) {
+        let speed = cruise.norm();
+        self.speed = math::max(self.speed, speed);
+        self.push(Leg { begin_s: from_s, from: self.at(from_s).0, velocity: *cruise });
+        if mover.on_static == OnStatic::Pass || speed == 0.0 {
+            return;
         }
-        let speed = course.speed;
         loop {
-            let leg = course.legs[course.count - 1];
-            let left_s = duration_s - leg.begin_s;
+            let leg = self.legs[self.count - 1];
+            let left_s = until_s - leg.begin_s;
             let Some(hit) = statics.sweep(&mover.outline, leg.from, leg.velocity, left_s) else {
-                return course;
+                return;
             };
             *cruise = match mover.on_static {
                 OnStatic::Stop => Vec2::zeros(),
@@ -62,15 +68,14 @@ impl Course {
                     mirrored * (speed / mirrored.norm())
                 }
             };
-            let out_of_bounces = course.count == BOUNCES_MAX;
-            course.legs[course.count] = Leg {
+            let out_of_bounces = self.is_full();
+            self.push(Leg {
                 begin_s: leg.begin_s + hit.time_s,
                 from: leg.from + leg.velocity * hit.time_s,
                 velocity: if out_of_bounces { Vec2::zeros() } else { *cruise },
-            };
-            course.count += 1;
+            });
             if out_of_bounces || mover.on_static == OnStatic::Stop {
-                return course;
+                return;
             }
         }
     }
@@ -81,15 +86,22 @@ impl Course {
         self.count += 1;
     }
 
-    /// Whether only one more leg has room.
+    /// Ends the course: from `time_s` on the mover stands, unless it does already.
+    pub(super) fn stand(&mut self, time_s: f64) {
+        if self.count <= BOUNCES_MAX {
+            self.push(Leg { begin_s: time_s, from: self.at(time_s).0, velocity: Vec2::zeros() });
+        }
+    }
+
+    /// Whether at most one more leg has room.
     pub(super) fn is_full(&self) -> bool {
-        self.count == BOUNCES_MAX
+        self.count >= BOUNCES_MAX
     }
 
     /// Position and velocity at `time_s` of the tick; at a bounce, the velocity after it.
     pub(in crate::world) fn at(&self, time_s: f64) -> (Vec2, Vec2) {
         let mut leg = &self.legs[0];
-        for next in &self.legs[1..self.count] {
+        for next in &self.legs[1..self.count.max(1)] {
             if next.begin_s > time_s {
                 break;
             }
@@ -104,11 +116,14 @@ impl Course {
     }
 }
 
+/// What [`free_run`] drives at a time, s: no control period, for no scene depends on one.
+const FREE_RUN_STEP_S: f64 = 0.1;
+
 /// Where a uniform mover is, and how it moves, after `time_s` without a robot; `None` where it stands by then.
 pub(in crate::world) fn free_run(mover: &Mover, statics: &Statics<'_>, time_s: f64) -> Option<(Vec2, Vec2)> {
     let (mut mover, mut cruise, mut left_s) = (mover.clone(), mover.velocity, time_s);
     while left_s > 0.0 {
-        let tick_s = math::min(left_s, DT_S);
+        let tick_s = math::min(left_s, FREE_RUN_STEP_S);
         let course = Course::drive(&mover, &mut cruise, statics, tick_s);
         (mover.position, mover.velocity) = course.at(tick_s);
         left_s -= tick_s;

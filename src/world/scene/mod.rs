@@ -19,7 +19,7 @@ mod place;
 mod route;
 mod spec;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use super::obstacles::Drawing;
 use super::obstacles::moving::Mover;
@@ -77,7 +77,7 @@ pub struct Scene {
     pub unknown_static: Vec<UnknownStatic>,
     /// Moving obstacles.
     pub movers: Vec<Mover>,
-    /// What happens when, by tick.
+    /// What happens when, by time.
     pub script: Vec<Event>,
 }
 
@@ -133,9 +133,9 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Where the robot is to go during `tick`.
-    pub fn goal_during(&self, tick: u32) -> Vec2 {
-        let moved = self.script.iter().take_while(|event| event.tick <= tick);
+    /// Where the robot is to go during the tick that begins at `time_s`.
+    pub fn goal_at(&self, time_s: f64) -> Vec2 {
+        let moved = self.script.iter().take_while(|event| event.is_due(time_s));
         moved.filter_map(|event| event.change.goal_moved_to()).last().unwrap_or(self.goal)
     }
 

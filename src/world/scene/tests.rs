@@ -1,14 +1,12 @@
 use super::*;
-use crate::geometry::outline::Shape;
-use crate::geometry::{Twist, direction};
+use crate::geometry::Twist;
 use crate::map::connectivity::reachable;
 use crate::map::{Cell, DistanceField, Frame, OccupancyGrid};
 use crate::rng::Purpose;
 use crate::world::obstacles::ObstaclesSpec;
-use crate::world::obstacles::moving::{MovingChoice, recording::Recording};
 use crate::world::{Conditions, World};
 
-fn spec(start: &str, goal: &str, obstacles: &str) -> SceneSpec {
+pub(in crate::world) fn spec(start: &str, goal: &str, obstacles: &str) -> SceneSpec {
     SceneSpec {
         start: serde_yaml::from_str(start).unwrap(),
         goal: serde_yaml::from_str(goal).unwrap(),
@@ -17,18 +15,12 @@ fn spec(start: &str, goal: &str, obstacles: &str) -> SceneSpec {
     }
 }
 
-/// What the one mover of a specification plays.
-fn set_recording(spec: &mut SceneSpec, recording: Arc<Recording>) {
-    let [MovingChoice::replay(params)] = spec.obstacles.moving.as_mut_slice() else { panic!("{spec:?}") };
-    params.recording = Some(recording);
-}
-
-fn seed(episode: u64) -> EpisodeSeed {
+pub(in crate::world) fn seed(episode: u64) -> EpisodeSeed {
     EpisodeSeed { seed: 42, episode }
 }
 
 /// 30 by 30 cells of 1 m, a fifth of them occupied.
-fn random_map(episode: u64) -> Arc<StaticMap> {
+pub(in crate::world) fn random_map(episode: u64) -> Arc<StaticMap> {
     let mut stream = seed(episode).stream(Purpose::Map, 0);
     let mut grid = OccupancyGrid::empty(30, 30, 1.0);
     for index in 0..900 {
@@ -48,7 +40,7 @@ moving:
   - random: {count: 4, speed_mps: [0.8, 1.0]}
 ";
 
-fn paper_scene(episode: u64) -> Result<Scene, Infeasible> {
+pub(in crate::world) fn paper_scene(episode: u64) -> Result<Scene, Infeasible> {
     Scene::generate(&spec("random", "random", PAPER), &random_map(episode), &Robot::default(), 0.3, seed(episode))
 }
 
@@ -103,22 +95,6 @@ fn every_scene_is_feasible_and_as_specified() {
         }
     }
     assert!(scenes > 250, "{scenes}");
-}
-
-#[test]
-fn random_movers_never_enter_statics_while_driving() {
-    for episode in 0..60 {
-        let Ok(scene) = paper_scene(episode) else { continue };
-        let robot = Robot::default();
-        let mut world = World::new(&scene, &robot, &Conditions::default());
-        for _ in 0..100 {
-            world.step(Twist::ZERO);
-            for (mover, begin) in world.movers().iter().zip(&scene.movers) {
-                assert!(scene.statics().distance_m(mover.position) > mover.radius_m() - 1e-8);
-                assert!((mover.velocity.norm() - begin.velocity.norm()).abs() < 1e-9 || mover.velocity.norm() == 0.0);
-            }
-        }
-    }
 }
 
 #[test]
@@ -308,32 +284,8 @@ fn a_given_start_inside_the_inflated_zone_is_judged_by_the_footprint() {
     assert!(Scene::generate(&spec, &map, &Robot::default(), 0.8, seed(0)).is_ok());
 }
 
-#[test]
-fn movers_of_an_aisle_set_out_along_it() {
-    // An aisle along x below, one along y on the right: each two cells wide and longer than wide.
-    let rows = ["########..", "########..", "########..", "########..", "..........", ".........."];
-    let map = Arc::new(StaticMap::new(OccupancyGrid::from_ascii(&rows, 1.0)));
-    let spec =
-        spec("[0.5, 0.5]", "[1.5, 0.5]", "{moving: [random: {count: 4, heading: along_aisle, keep_from_start_m: 0}]}");
-    let (mut along_x, mut along_y) = (0, 0);
-    for episode in 0..200 {
-        for mover in Scene::generate(&spec, &map, &Robot::default(), 0.25, seed(episode)).unwrap().movers {
-            let (x, v) = (mover.position.x, mover.velocity);
-            assert!(v.x == 0.0 || v.y == 0.0, "{v:?}");
-            if x < 8.0 {
-                assert!(v.x != 0.0, "{mover:?}");
-                along_x += i32::from(v.x > 0.0);
-            } else if mover.position.y > 2.0 {
-                assert!(v.y != 0.0, "{mover:?}");
-                along_y += i32::from(v.y > 0.0);
-            }
-        }
-    }
-    assert!(along_x > 50 && along_y > 50, "either way: {along_x} {along_y}");
-}
-
 /// The mover's states over `ticks` ticks of a world in which the robot stands.
-fn states(scene: &Scene, ticks: usize) -> Vec<Vec<Mover>> {
+pub(in crate::world) fn states(scene: &Scene, ticks: usize) -> Vec<Vec<Mover>> {
     let robot = Robot::default();
     let mut world = World::new(scene, &robot, &Conditions::default());
     let mut all = vec![world.movers().to_vec()];
@@ -344,137 +296,7 @@ fn states(scene: &Scene, ticks: usize) -> Vec<Vec<Mover>> {
     all
 }
 
-fn scene_of(obstacles: &str, episode: u64) -> Scene {
+pub(in crate::world) fn scene_of(obstacles: &str, episode: u64) -> Scene {
     let map = Arc::new(StaticMap::new(OccupancyGrid::empty(40, 30, 1.0)));
     Scene::generate(&spec("[1, 1]", "[38, 28]", obstacles), &map, &Robot::default(), 0.3, seed(episode)).unwrap()
-}
-
-#[test]
-fn an_irregular_mover_changes_course_as_often_and_as_much_as_it_says() {
-    let text = "moving: [random: {speed_mps: [0.8, 1.0], motion: {irregular: {interval_s: [1, 3]}}, on_static: pass}]";
-    let (mut changes_s, mut headings, mut speeds) = (Vec::new(), Vec::new(), Vec::new());
-    for episode in 0..40 {
-        let states = states(&scene_of(text, episode), 600);
-        let mut last = 0;
-        for tick in 1..states.len() {
-            let (before, after) = (states[tick - 1][0].velocity, states[tick][0].velocity);
-            if before != after {
-                changes_s.push((tick - last) as f64 * 0.1);
-                last = tick;
-                headings.push(math::atan2(after.y, after.x));
-                speeds.push(after.norm());
-            }
-            let moved = states[tick][0].position - states[tick - 1][0].position;
-            assert!((moved - after * 0.1).norm() < 1e-9, "straight within a tick");
-        }
-    }
-    let n = changes_s.len() as f64;
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    assert!(n > 1000.0, "{n}");
-    // Uniform on [1, 3]: mean 2, sd 0.577; four standard errors. The first interval of an episode counts from tick 1.
-    assert!((mean(&changes_s) - 2.0).abs() < 4.0 * 0.577 / n.sqrt(), "{}", mean(&changes_s));
-    assert!(changes_s.iter().all(|s| (0.95..=3.15).contains(s)));
-    assert!((mean(&speeds) - 0.9).abs() < 4.0 * 0.058 / n.sqrt() && speeds.iter().all(|s| (0.8..=1.0).contains(s)));
-    let turn: Vec2 = headings.iter().map(|&heading| direction(heading)).sum::<Vec2>() / n;
-    // The mean direction of n uniform headings is about 1/√n long.
-    assert!(turn.norm() < 3.0 / n.sqrt(), "{turn:?}");
-}
-
-#[test]
-fn a_crossing_mover_is_on_the_route_when_the_robot_may_be() {
-    let text = "moving: [crossing: {robot_speed_mps: 0.5, jitter_s: 2, straight_s: 0}]";
-    for episode in 0..30 {
-        let map = random_map(episode);
-        let spec = spec("random", "random", text);
-        let Ok(scene) = Scene::generate(&spec, &map, &Robot::default(), 0.3, seed(episode)) else { continue };
-        let route = scene.reference_route.as_ref().expect("wanted");
-        let length = route.length();
-        let (first, last) = (0.3 * length / 0.5 - 2.0, 0.8 * length / 0.5 + 2.0);
-        let mover = &scene.movers[0];
-        assert!((mover.position - scene.start.position).norm() >= 3.0 + 0.3 + 0.25 - 1e-9);
-        let robot = Robot::default();
-        let mut world = World::new(&scene, &robot, &Conditions::default());
-        let meets = (0..(last / 0.1).ceil() as u32 + 1).any(|tick| {
-            let at = world.movers()[0].position;
-            world.step(Twist::ZERO);
-            // Within a tick's way of the route, at a time at which it may be met.
-            f64::from(tick) * 0.1 >= first - 0.1 && route.project(at).1 <= 0.1
-        });
-        assert!(meets, "episode {episode}");
-    }
-}
-
-#[test]
-fn a_patrol_is_where_arithmetic_says() {
-    let text =
-        "moving: [patrol: {waypoints: [[10, 10], [14, 10], [14, 13]], speed_mps: 0.5, pause_s: 1, closed: true}]";
-    let states = states(&scene_of(text, 0), 400);
-    // 4 m, stop, 3 m, stop, 5 m, stop: 8 + 1 + 6 + 1 + 10 + 1 = 27 s a round.
-    for (tick, state) in states.iter().enumerate() {
-        let t = (tick as f64 * 0.1) % 27.0;
-        let along = |from: (f64, f64), to: (f64, f64), share: f64| {
-            Vec2::new(from.0 + (to.0 - from.0) * share, from.1 + (to.1 - from.1) * share)
-        };
-        let expected = if t < 9.0 {
-            along((10.0, 10.0), (14.0, 10.0), math::min(t / 8.0, 1.0))
-        } else if t < 16.0 {
-            along((14.0, 10.0), (14.0, 13.0), math::min((t - 9.0) / 6.0, 1.0))
-        } else {
-            along((14.0, 13.0), (10.0, 10.0), math::min((t - 16.0) / 10.0, 1.0))
-        };
-        assert!((state[0].position - expected).norm() < 1e-6, "tick {tick}: {:?} {expected:?}", state[0].position);
-    }
-    let there_and_back = "moving: [patrol: {waypoints: [[10, 10], [14, 10], [14, 13]], speed_mps: 0.5, closed: false}]";
-    let states = self::states(&scene_of(there_and_back, 0), 281);
-    assert!((states[140][0].position - Vec2::new(14.0, 13.0)).norm() < 1e-6, "7 m after 14 s");
-    assert!((states[200][0].position - Vec2::new(14.0, 10.0)).norm() < 1e-6);
-    assert!((states[280][0].position - Vec2::new(10.0, 10.0)).norm() < 1e-6);
-}
-
-#[test]
-fn a_patrol_waits_at_what_is_in_its_way_unless_it_passes() {
-    for (on_static, expected) in [("stop", 11.2), ("pass", 14.0)] {
-        let text = format!(
-            "moving: [patrol: {{waypoints: [[10, 10], [14, 10]], speed_mps: 1, pause_s: 9, on_static: {on_static}}}]"
-        );
-        let mut scene = scene_of(&text, 0);
-        scene.unknown_static.push(UnknownStatic::new(Pose::new(12.0, 10.0, 0.0), Shape::Disc { radius_m: 0.5 }));
-        let states = states(&scene, 60);
-        assert!((states[60][0].position.x - expected).abs() < 1e-6, "{:?}", states[60][0].position);
-    }
-}
-
-#[test]
-fn a_recorded_mover_is_at_the_recorded_place_and_gone_outside_of_its_time() {
-    let csv = b"time_s,id,x_m,y_m\n1.0,4,10,10\n1.4,4,10.4,10\n1.85,4,10.4,10.9\n3.0,4,10.4,13.2\n";
-    let recording = Arc::new(Recording::parse(csv, 25.0).unwrap());
-    let obstacles = "moving: [replay: {file: unused.csv, from_s: 0.5}]";
-    let mut spec = spec("[1, 1]", "[38, 28]", obstacles);
-    set_recording(&mut spec, recording);
-    let map = Arc::new(StaticMap::new(OccupancyGrid::empty(40, 30, 1.0)));
-    let scene = Scene::generate(&spec, &map, &Robot::default(), 0.3, seed(0)).unwrap();
-    let states = states(&scene, 40);
-    for (tick, state) in states.iter().enumerate() {
-        let t = tick as f64 * 0.1 + 0.5;
-        // The row of a tick shows the end of the tick: the first one driven begins at 1.0 s, the last one ends at 3.0 s.
-        assert_eq!(state[0].present, t > 1.05 && t < 3.05, "at {t}");
-        if state[0].present {
-            let expected =
-                if t < 1.4 { Vec2::new(10.0 + (t - 1.0), 10.0) } else { Vec2::new(10.4, 10.0 + 2.0 * (t - 1.4)) };
-            assert!((state[0].position - expected).norm() < 1e-6, "at {t}: {:?} {expected:?}", state[0].position);
-        }
-    }
-}
-
-#[test]
-fn a_mover_that_appears_upon_the_robot_is_a_collision_at_that_moment() {
-    let csv = b"time_s,id,x_m,y_m\n1.0,4,1.2,1\n9.0,4,1.2,1\n";
-    let mut spec = spec("[1, 1]", "[38, 28]", "moving: [replay: {file: unused.csv}]");
-    set_recording(&mut spec, Arc::new(Recording::parse(csv, 25.0).unwrap()));
-    let map = Arc::new(StaticMap::new(OccupancyGrid::empty(40, 30, 1.0)));
-    let scene = Scene::generate(&spec, &map, &Robot::default(), 0.3, seed(0)).unwrap();
-    let robot = Robot::default();
-    let mut world = World::new(&scene, &robot, &Conditions::default());
-    let hit = (0..20).find_map(|tick| world.step(Twist::ZERO).contact.map(|contact| (tick, contact.time_s)));
-    assert_eq!(hit, Some((10, 0.0)));
 }

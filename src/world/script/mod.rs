@@ -4,7 +4,7 @@
 
 mod movers;
 
-use super::DT_S;
+use super::TIME_SLACK_S;
 use super::obstacles::moving::MovingKind;
 use super::scene::{Digest, Scene, SceneError};
 use super::statics::Statics;
@@ -52,7 +52,7 @@ pub struct Given<'a> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScriptEntry {
-    /// When it happens, s after the beginning; rounded to a whole tick.
+    /// When it happens, s after the beginning: with the first tick that does not begin before.
     pub at_s: NonNegative,
     /// What happens.
     pub event: EventChoice,
@@ -68,30 +68,37 @@ impl ScriptEntry {
     }
 }
 
-/// Turns the entries of a script into events by time; what happens at the same tick happens in the order of the file.
+/// Turns the entries of a script into events by time; what happens at the same time happens in the order of the file.
 pub(super) fn write(entries: &[ScriptEntry], scene: &mut Scene) {
     for ScriptEntry { at_s, event } in entries {
         event.kind().write(*at_s, scene);
     }
-    scene.script.sort_by_key(|event| event.tick);
+    scene.script.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
 }
 
-/// Something that happens at the beginning of a tick, before the robot senses.
+/// Something that happens at the beginning of a tick, before the robot senses: of the first that does not begin before
+/// its time.
 #[derive(Clone, Debug)]
 pub struct Event {
-    /// When.
-    pub tick: u32,
+    /// When, s after the beginning of the episode.
+    pub at_s: f64,
     /// What.
     pub change: Change,
 }
 
 impl Event {
     fn at(time_s: NonNegative, change: Change) -> Self {
-        Self { tick: (time_s.get() / DT_S).round() as u32, change }
+        Self { at_s: time_s.get(), change }
+    }
+
+    /// Whether it has happened once a tick has begun at `time_s`.
+    pub(super) fn is_due(&self, time_s: f64) -> bool {
+        self.at_s <= time_s + TIME_SLACK_S
     }
 
     pub(super) fn digest(&self, digest: &mut Digest) {
-        digest.word(u64::from(self.tick));
+        // In ticks of 0.1 s, as it always was.
+        digest.word((self.at_s / 0.1).round() as u64);
         self.change.0.digest(digest);
     }
 }

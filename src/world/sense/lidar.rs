@@ -91,3 +91,38 @@ impl Lidar {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vec2;
+    use crate::map::OccupancyGrid;
+    use crate::world::Mover;
+    use crate::world::statics::{StaticMap, Statics};
+
+    /// The ranges from [3, 2] in a hall of 8 m by 4 m, looking along x, a disc of 0.5 m around [6, 2].
+    fn scan(yaml: &str) -> Vec<f64> {
+        let map = StaticMap::new(OccupancyGrid::empty(8, 4, 1.0));
+        let movers = [Mover::new(Vec2::new(6.0, 2.0), Vec2::zeros(), 0.5)];
+        let scene = Surroundings { statics: Statics { map: &map, unknown: &[] }, movers: &movers };
+        let mut lidar = Lidar::new(&serde_yaml::from_str(yaml).unwrap(), EpisodeSeed { seed: 1, episode: 0 });
+        lidar.scan(&scene, Pose::new(3.0, 2.0, 0.0), 3);
+        lidar.ranges_m
+    }
+
+    #[test]
+    fn rays_go_through_the_middles_of_equal_sectors() {
+        // Three rays over a half circle: 60° to the right, ahead, 60° to the left; the walls are 2 m beside.
+        let ranges = scan("{rays: 3, field_of_view_rad: 3.141592653589793}");
+        let wall = 2.0 / math::sin(math::PI / 3.0);
+        for (range, expected) in ranges.iter().zip([wall, 2.5, wall]) {
+            assert!((range - expected).abs() < 1e-9, "{ranges:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_beyond_the_range_or_missed_is_infinite() {
+        assert!(scan("{rays: 8, range_m: 1.9}").iter().all(|range| range.is_infinite()));
+        assert!(scan("{rays: 8, miss_probability: 1}").iter().all(|range| range.is_infinite()));
+    }
+}

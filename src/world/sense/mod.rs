@@ -63,11 +63,11 @@ impl Placing {
 
 impl Perception {
     pub(super) fn new(conditions: &Conditions, bodies: Bodies, start: Pose) -> Self {
-        let Conditions { seed, sensing, localisation, .. } = conditions;
+        let Conditions { seed, control_period_s, sensing, localisation, .. } = conditions;
         Self {
             sensor: Sensor::new(sensing, *seed, bodies),
             lidar: sensing.lidar.as_ref().map(|spec| Lidar::new(spec, *seed)),
-            localisation: Localisation::new(localisation, *seed),
+            localisation: Localisation::new(localisation, *seed, control_period_s.get()),
             believed: start,
             known: vec![None; bodies.unknown],
             known_count: 0,

@@ -179,3 +179,65 @@ impl Surroundings<'_> {
         distance_m > 0.0 && self.cast_ray(eye, line / distance_m, distance_m, Some(body)) < distance_m - SIGHT_SLACK_M
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::OccupancyGrid;
+    use crate::world::statics::StaticMap;
+    use crate::world::{Shape, UnknownStatic};
+
+    const SEED: EpisodeSeed = EpisodeSeed { seed: 2, episode: 0 };
+    const BODIES: Bodies = Bodies { unknown: 1, movers: 1 };
+
+    /// How a mover of radius 0.5 at [5, 2] is perceived from [2, 2], looking along `theta`; a box stands between them if it is
+    /// `present`.
+    fn look(spec: &SensingSpec, theta: f64, present: bool) -> Option<Sighting> {
+        let map = StaticMap::new(OccupancyGrid::empty(8, 4, 1.0));
+        let crate_at = UnknownStatic::new(Pose::new(3.5, 2.0, 0.0), Shape::Rectangle { half_m: Vec2::new(0.2, 0.2) });
+        let unknown = [crate_at.with_presence(present)];
+        let movers = [Mover::new(Vec2::new(5.0, 2.0), Vec2::zeros(), 0.5)];
+        let scene = Surroundings { statics: Statics { map: &map, unknown: &unknown }, movers: &movers };
+        let eye = Pose::new(2.0, 2.0, theta);
+        let gap_m = movers[0].outline.distance_m(movers[0].position, eye.position);
+        let nearest = || movers[0].nearest_point(eye.position);
+        Sensor::new(spec, SEED, BODIES).look(&scene, eye, 7, Body::Mover(0), gap_m, nearest)
+    }
+
+    #[test]
+    fn range_view_and_sight_are_judged_at_the_nearest_point() {
+        let perfect = Some(Sighting { offset: Vec2::zeros(), velocity_error: Vec2::zeros() });
+        // Its surface is 2.5 m away.
+        let within = |range_m: f64| SensingSpec { range_m: Positive::new(range_m), ..SensingSpec::default() };
+        assert_eq!((look(&within(2.6), 0.0, false), look(&within(2.4), 0.0, false)), (perfect, None));
+        let sector = SensingSpec { field_of_view_rad: Some(Positive::new(1.0)), ..SensingSpec::default() };
+        assert_eq!((look(&sector, 0.49, false), look(&sector, -0.51, false)), (perfect, None));
+        let sight = SensingSpec { occlusion: true, ..SensingSpec::default() };
+        assert_eq!((look(&sight, 0.0, false), look(&sight, 0.0, true)), (perfect, None));
+    }
+
+    #[test]
+    fn noise_moves_along_and_across_the_line_of_sight() {
+        let quiet = SensingSpec::default();
+        let range = SensingSpec { range_noise_m: NonNegative::new(0.1), ..quiet.clone() };
+        let along = look(&range, 0.0, false).unwrap().offset;
+        assert!(along.x != 0.0 && along.y.abs() < 1e-12, "{along:?}");
+        let bearing = SensingSpec { bearing_noise_rad: NonNegative::new(0.1), ..quiet.clone() };
+        let across = look(&bearing, 0.0, false).unwrap().offset + Vec2::new(2.5, 0.0);
+        assert!(across.y != 0.0 && (across.norm() - 2.5).abs() < 1e-12, "{across:?}");
+        let missing = SensingSpec { miss_probability: Fraction::new(1.0), ..quiet };
+        assert_eq!(look(&missing, 0.0, false), None);
+    }
+
+    #[test]
+    fn a_ray_ends_at_the_first_surface_but_that_of_the_body_left_out() {
+        let map = StaticMap::new(OccupancyGrid::empty(8, 4, 1.0));
+        let unknown = [UnknownStatic::new(Pose::new(3.5, 2.0, 0.0), Shape::Disc { radius_m: 0.5 })];
+        let movers = [Mover::new(Vec2::new(5.0, 2.0), Vec2::zeros(), 0.5)];
+        let scene = Surroundings { statics: Statics { map: &map, unknown: &unknown }, movers: &movers };
+        let cast = |except| scene.cast_ray(Vec2::new(2.0, 2.0), Vec2::x(), 9.0, except);
+        assert!((cast(None) - 1.0).abs() < 1e-12 && (cast(Some(Body::Unknown(0))) - 2.5).abs() < 1e-12);
+        let gone = Surroundings { movers: &[], statics: Statics { map: &map, unknown: &[] } };
+        assert!((gone.cast_ray(Vec2::new(2.0, 2.0), Vec2::x(), 9.0, None) - 6.0).abs() < 1e-12, "the map's edge");
+    }
+}

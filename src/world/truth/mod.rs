@@ -8,7 +8,6 @@ mod tests;
 mod tick;
 
 use super::Conditions;
-use super::DT_S;
 use super::drive::Drivetrain;
 use super::motion::{Course, Driver, Span};
 use super::obstacles::moving::Mover;
@@ -104,6 +103,8 @@ pub struct World<'s> {
 #[derive(Clone, Copy, Debug)]
 struct Clock {
     tick: u32,
+    /// How long a tick lasts, s.
+    period_s: f64,
     /// Whether this tick's changes have been made.
     has_begun: bool,
     /// Events of the script that have happened.
@@ -113,7 +114,7 @@ struct Clock {
 impl Clock {
     /// The time of this tick.
     fn span(&self) -> Span {
-        Span { begin_s: f64::from(self.tick) * DT_S, lasts_s: DT_S }
+        Span { begin_s: f64::from(self.tick) * self.period_s, lasts_s: self.period_s }
     }
 }
 
@@ -178,7 +179,7 @@ impl<'s> World<'s> {
             scene,
             robot,
             conditions: conditions.clone(),
-            clock: Clock { tick: 0, has_begun: false, events: 0 },
+            clock: Clock { tick: 0, period_s: conditions.control_period_s.get(), has_begun: false, events: 0 },
             state: RobotState { pose: scene.start, twist: Twist::ZERO },
             goal: scene.goal,
             perception: Perception::new(conditions, bodies, scene.start),
@@ -262,20 +263,20 @@ impl<'s> World<'s> {
         if core::mem::replace(&mut self.clock.has_begun, true) {
             return;
         }
-        let (scene, tick) = (self.scene, self.clock.tick);
-        while let Some(event) = scene.script.get(self.clock.events).filter(|event| event.tick <= tick) {
+        let (scene, span) = (self.scene, self.clock.span());
+        while let Some(event) = scene.script.get(self.clock.events).filter(|event| event.is_due(span.begin_s)) {
             self.clock.events += 1;
             event.change.apply(self);
         }
         for number in 0..self.movers.states.len() {
             let mover = &mut self.movers.states[number];
             let was_present = mover.present;
-            self.movers.drivers[number].begin(mover, self.clock.span());
+            self.movers.drivers[number].begin(mover, span);
             if mover.present != was_present {
                 self.note_presence(number);
             }
         }
-        self.perception.believe(self.state.pose, tick);
+        self.perception.believe(self.state.pose, self.clock.tick);
     }
 
     /// An unknown static is there or not from now on.
@@ -337,7 +338,7 @@ impl<'s> World<'s> {
         self.perception.sense(&surroundings, self.state.pose, self.clock.tick, belief, sensed);
     }
 
-    /// Drives one tick of [`DT_S`] and judges it.
+    /// Drives one tick and judges it.
     ///
     /// # Panics
     /// If the command is not finite.
@@ -345,7 +346,7 @@ impl<'s> World<'s> {
         assert!(command.v.is_finite() && command.omega.is_finite(), "the command is not finite: {command:?}");
         self.begin_tick();
         let span = self.clock.span();
-        self.state.twist = self.drivetrain.drive(self.robot, command, self.clock.tick);
+        self.state.twist = self.drivetrain.drive(self.robot, command, self.clock.tick, span.lasts_s);
         let statics = Statics { map: &self.scene.map, unknown: &self.unknown };
         let Movers { states, drivers, courses } = &mut self.movers;
         for (number, ((mover, driver), course)) in states.iter().zip(drivers).zip(&mut *courses).enumerate() {

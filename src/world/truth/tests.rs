@@ -1,3 +1,4 @@
+use super::super::DT_S;
 use super::*;
 use crate::geometry::convex::Polygon;
 use crate::geometry::outline::{Outline, Shape};
@@ -602,4 +603,65 @@ fn belief_takes_in_exactly_the_touched_cells() {
 fn a_command_that_is_not_a_number_is_a_bug_of_the_caller() {
     let scene = empty_scene(3, 3, Pose::new(1.5, 1.5, 0.0));
     World::new(&scene, &Robot::default(), &Conditions::default()).step(Twist { v: f64::NAN, omega: 0.0 });
+}
+
+#[test]
+fn movers_and_the_script_go_by_time_at_any_control_period() {
+    use crate::settings::quantity::Positive;
+    use crate::world::{Change, Event, Irregular, Patrol};
+
+    let mut scene = empty_scene(14, 10, Pose::new(1.0, 1.0, 0.0));
+    let half_m = Vec2::new(0.5, 0.5);
+    scene.unknown_static.push(UnknownStatic::new(Pose::new(7.0, 5.0, 0.3), Shape::Rectangle { half_m }));
+    let waypoints = Arc::new([Vec2::new(3.0, 8.0), Vec2::new(9.0, 8.0), Vec2::new(9.0, 3.0)]);
+    let patrol = Patrol { waypoints, speed_mps: 0.7, closed: false, pause_s: 0.33 };
+    let stream = EpisodeSeed { seed: 19, episode: 0 }.stream(Purpose::Motion, 0);
+    let irregular = Irregular { interval_s: [0.5, 2.0], speed_mps: [0.3, 0.9], stream };
+    scene.movers = vec![
+        straight_mover(Vec2::new(12.0, 4.0), Vec2::new(-0.9, 0.5), 0.3, OnStatic::Reflect),
+        Mover { motion: patrol.into(), ..Mover::new(Vec2::new(3.0, 8.0), Vec2::zeros(), 0.2) },
+        Mover { motion: irregular.into(), ..Mover::new(Vec2::new(4.0, 6.0), Vec2::new(0.4, 0.0), 0.3) },
+    ];
+    scene.script = vec![
+        Event { at_s: 3.0, change: Change::velocity(0, Vec2::new(0.2, -0.6)) },
+        Event { at_s: 5.0, change: Change::halt(1, true) },
+        Event { at_s: 7.0, change: Change::halt(1, false) },
+    ];
+    let robot = nimble(0.25);
+    // Where the movers are after every second of half a minute.
+    let places = |ticks_per_s: u32| -> Vec<Vec<Vec2>> {
+        let control_period_s = Positive::new(1.0 / f64::from(ticks_per_s));
+        let mut world = World::new(&scene, &robot, &Conditions { control_period_s, ..Conditions::default() });
+        let mut second = |_| {
+            for _ in 0..ticks_per_s {
+                world.step(Twist::ZERO);
+            }
+            world.movers().iter().map(|mover| mover.position).collect()
+        };
+        (0..30).map(&mut second).collect()
+    };
+    let papers = places(10);
+    for ticks_per_s in [1, 4, 7, 20, 50] {
+        for (second, (ours, expected)) in places(ticks_per_s).iter().zip(&papers).enumerate() {
+            for (number, (place, expected)) in ours.iter().zip(expected).enumerate() {
+                let away_m = (place - expected).norm();
+                assert!(away_m < 1e-6, "mover {number} after {} s at {ticks_per_s} Hz: {away_m}", second + 1);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_drive_covers_its_way_at_any_control_period() {
+    use crate::settings::quantity::Positive;
+
+    let (robot, scene) = (nimble(0.25), empty_scene(20, 20, Pose::new(3.0, 10.0, 0.0)));
+    for period_s in [0.01, 0.1, 0.5] {
+        let control_period_s = Positive::new(period_s);
+        let mut world = World::new(&scene, &robot, &Conditions { control_period_s, ..Conditions::default() });
+        for _ in 0..(5.0 / period_s).round() as u32 {
+            assert_eq!(world.step(Twist { v: 1.2, omega: 0.0 }).contact, None);
+        }
+        assert!((world.pose().position - Vec2::new(9.0, 10.0)).norm() < 1e-9, "{period_s}");
+    }
 }

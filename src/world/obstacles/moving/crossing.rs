@@ -124,3 +124,36 @@ impl Params {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::geometry::Twist;
+    use crate::robot::Robot;
+    use crate::world::scene::Scene;
+    use crate::world::scene::tests::{random_map, seed, spec};
+    use crate::world::{Conditions, World};
+
+    #[test]
+    fn a_crossing_mover_is_on_the_route_when_the_robot_may_be() {
+        let text = "moving: [crossing: {robot_speed_mps: 0.5, jitter_s: 2, straight_s: 0}]";
+        for episode in 0..30 {
+            let map = random_map(episode);
+            let spec = spec("random", "random", text);
+            let Ok(scene) = Scene::generate(&spec, &map, &Robot::default(), 0.3, seed(episode)) else { continue };
+            let route = scene.reference_route.as_ref().expect("wanted");
+            let length = route.length();
+            let (first, last) = (0.3 * length / 0.5 - 2.0, 0.8 * length / 0.5 + 2.0);
+            let mover = &scene.movers[0];
+            assert!((mover.position - scene.start.position).norm() >= 3.0 + 0.3 + 0.25 - 1e-9);
+            let robot = Robot::default();
+            let mut world = World::new(&scene, &robot, &Conditions::default());
+            let meets = (0..(last / 0.1).ceil() as u32 + 1).any(|tick| {
+                let at = world.movers()[0].position;
+                world.step(Twist::ZERO);
+                // Within a tick's way of the route, at a time at which it may be met.
+                f64::from(tick) * 0.1 >= first - 0.1 && route.project(at).1 <= 0.1
+            });
+            assert!(meets, "episode {episode}");
+        }
+    }
+}

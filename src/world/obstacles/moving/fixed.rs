@@ -120,3 +120,48 @@ impl MovingKind for Params {
         Ok(vec![mover])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::map::Frame;
+    use crate::math;
+    use crate::robot::Robot;
+    use crate::world::statics::{StaticMap, Statics};
+
+    #[test]
+    fn a_velocity_is_given_in_one_of_two_ways_and_turned_with_the_map() {
+        let frame = Frame { origin: Pose::new(3.0, 4.0, math::FRAC_PI_2) };
+        let grid = OccupancyGrid::empty(4, 4, 1.0).with_frame(frame);
+        let read = |rest: &str| -> Params { serde_yaml::from_str(&format!("{{position: [3, 5]{rest}}}")).unwrap() };
+        // The grid's x runs along the world's y, so what goes along the world's x goes along the grid's −y.
+        for rest in [", velocity_mps: [2, 0]", ", speed_mps: 2, heading_rad: 0"] {
+            let velocity = read(rest).velocity(&grid).unwrap();
+            assert!((velocity - Vec2::new(0.0, -2.0)).norm() < 1e-12, "{velocity:?}");
+        }
+        for rest in ["", ", speed_mps: 2", ", heading_rad: 0", ", velocity_mps: [2, 0], speed_mps: 2"] {
+            assert!(read(rest).velocity(&grid).is_err(), "{rest}");
+        }
+        let cart = read(", speed_mps: 0, heading_rad: 0, footprint: [[1, 0.3], [-1, 0.3], [-1, -0.3], [1, -0.3]]");
+        assert!((cart.outline(&grid).axis() - Vec2::new(0.0, -1.0)).norm() < 1e-12, "it points along its heading");
+    }
+
+    #[test]
+    fn a_mover_in_a_wall_is_refused_unless_it_passes() {
+        let map = StaticMap::new(OccupancyGrid::from_ascii(&["....", ".#..", "...."], 1.0));
+        let robot = Robot::default();
+        let given = Given { statics: Statics { map: &map, unknown: &[] }, robot: &robot, start: None };
+        let check = |rest: &str| {
+            let params: Params = serde_yaml::from_str(&format!("{{velocity_mps: [1, 0], {rest}}}")).unwrap();
+            params.check("k", &given).map_err(|error| error.to_string())
+        };
+        assert!(check("position: [1.5, 1.5]").unwrap_err().starts_with("k.position: the mover at [1.500, 1.500]"));
+        assert_eq!(check("position: [1.5, 1.5], on_static: pass"), Ok(()));
+        assert!(check("position: [9, 9]").unwrap_err().contains("lies outside the map"));
+        assert_eq!(check("position: [3, 1.5]"), Ok(()));
+        let near = Given { start: Some(Vec2::new(3.0, 2.0)), ..given };
+        let params: Params = serde_yaml::from_str("{velocity_mps: [1, 0], position: [3, 1.5]}").unwrap();
+        assert!(params.check("k", &near).unwrap_err().message.contains("overlaps the robot"), "0.5 m < 0.3 + 0.25");
+    }
+}

@@ -137,3 +137,54 @@ impl MovingKind for Params {
         Ok(vec![Mover { motion: patrol.into(), ..mover }])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::geometry::outline::Shape;
+    use crate::math;
+    use crate::world::obstacles::unknown_static::UnknownStatic;
+    use crate::world::scene::tests::{scene_of, states};
+
+    #[test]
+    fn a_patrol_is_where_arithmetic_says() {
+        let text =
+            "moving: [patrol: {waypoints: [[10, 10], [14, 10], [14, 13]], speed_mps: 0.5, pause_s: 1, closed: true}]";
+        let states = states(&scene_of(text, 0), 400);
+        // 4 m, stop, 3 m, stop, 5 m, stop: 8 + 1 + 6 + 1 + 10 + 1 = 27 s a round.
+        for (tick, state) in states.iter().enumerate() {
+            let t = (tick as f64 * 0.1) % 27.0;
+            let along = |from: (f64, f64), to: (f64, f64), share: f64| {
+                Vec2::new(from.0 + (to.0 - from.0) * share, from.1 + (to.1 - from.1) * share)
+            };
+            let expected = if t < 9.0 {
+                along((10.0, 10.0), (14.0, 10.0), math::min(t / 8.0, 1.0))
+            } else if t < 16.0 {
+                along((14.0, 10.0), (14.0, 13.0), math::min((t - 9.0) / 6.0, 1.0))
+            } else {
+                along((14.0, 13.0), (10.0, 10.0), math::min((t - 16.0) / 10.0, 1.0))
+            };
+            assert!((state[0].position - expected).norm() < 1e-6, "tick {tick}: {:?} {expected:?}", state[0].position);
+        }
+        let there_and_back =
+            "moving: [patrol: {waypoints: [[10, 10], [14, 10], [14, 13]], speed_mps: 0.5, closed: false}]";
+        let states = self::states(&scene_of(there_and_back, 0), 281);
+        assert!((states[140][0].position - Vec2::new(14.0, 13.0)).norm() < 1e-6, "7 m after 14 s");
+        assert!((states[200][0].position - Vec2::new(14.0, 10.0)).norm() < 1e-6);
+        assert!((states[280][0].position - Vec2::new(10.0, 10.0)).norm() < 1e-6);
+    }
+
+    #[test]
+    fn a_patrol_waits_at_what_is_in_its_way_unless_it_passes() {
+        for (on_static, expected) in [("stop", 11.2), ("pass", 14.0)] {
+            let text = format!(
+                "moving: [patrol: {{waypoints: [[10, 10], [14, 10]], speed_mps: 1, pause_s: 9, on_static: {on_static}}}]"
+            );
+            let mut scene = scene_of(&text, 0);
+            scene.unknown_static.push(UnknownStatic::new(Pose::new(12.0, 10.0, 0.0), Shape::Disc { radius_m: 0.5 }));
+            let states = states(&scene, 60);
+            assert!((states[60][0].position.x - expected).abs() < 1e-6, "{:?}", states[60][0].position);
+        }
+    }
+}

@@ -131,3 +131,60 @@ fn aisle(map: &StaticMap, position: Vec2, radius_m: f64) -> Vec2 {
     };
     if run((1, 0)) + run((-1, 0)) >= run((0, 1)) + run((0, -1)) { Vec2::new(1.0, 0.0) } else { Vec2::new(0.0, 1.0) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Twist;
+    use crate::map::OccupancyGrid;
+    use crate::robot::Robot;
+    use crate::world::scene::Scene;
+    use crate::world::scene::tests::{paper_scene, seed, spec};
+    use crate::world::{Conditions, World};
+    use std::sync::Arc;
+
+    #[test]
+    fn movers_of_an_aisle_set_out_along_it() {
+        // An aisle along x below, one along y on the right: each two cells wide and longer than wide.
+        let rows = ["########..", "########..", "########..", "########..", "..........", ".........."];
+        let map = Arc::new(StaticMap::new(OccupancyGrid::from_ascii(&rows, 1.0)));
+        let spec = spec(
+            "[0.5, 0.5]",
+            "[1.5, 0.5]",
+            "{moving: [random: {count: 4, heading: along_aisle, keep_from_start_m: 0}]}",
+        );
+        let (mut along_x, mut along_y) = (0, 0);
+        for episode in 0..200 {
+            for mover in Scene::generate(&spec, &map, &Robot::default(), 0.25, seed(episode)).unwrap().movers {
+                let (x, v) = (mover.position.x, mover.velocity);
+                assert!(v.x == 0.0 || v.y == 0.0, "{v:?}");
+                if x < 8.0 {
+                    assert!(v.x != 0.0, "{mover:?}");
+                    along_x += i32::from(v.x > 0.0);
+                } else if mover.position.y > 2.0 {
+                    assert!(v.y != 0.0, "{mover:?}");
+                    along_y += i32::from(v.y > 0.0);
+                }
+            }
+        }
+        assert!(along_x > 50 && along_y > 50, "either way: {along_x} {along_y}");
+    }
+
+    #[test]
+    fn random_movers_never_enter_statics_while_driving() {
+        for episode in 0..60 {
+            let Ok(scene) = paper_scene(episode) else { continue };
+            let robot = Robot::default();
+            let mut world = World::new(&scene, &robot, &Conditions::default());
+            for _ in 0..100 {
+                world.step(Twist::ZERO);
+                for (mover, begin) in world.movers().iter().zip(&scene.movers) {
+                    assert!(scene.statics().distance_m(mover.position) > mover.radius_m() - 1e-8);
+                    assert!(
+                        (mover.velocity.norm() - begin.velocity.norm()).abs() < 1e-9 || mover.velocity.norm() == 0.0
+                    );
+                }
+            }
+        }
+    }
+}

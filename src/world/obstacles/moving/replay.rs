@@ -108,3 +108,57 @@ impl MovingKind for Params {
         Ok(self.tracks().map(mover).collect())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Twist;
+    use crate::map::OccupancyGrid;
+    use crate::robot::Robot;
+    use crate::world::obstacles::moving::MovingChoice;
+    use crate::world::scene::tests::{seed, spec, states};
+    use crate::world::scene::{Scene, SceneSpec};
+    use crate::world::statics::StaticMap;
+    use crate::world::{Conditions, World};
+
+    /// What the one mover of a specification plays.
+    fn set_recording(spec: &mut SceneSpec, recording: Arc<Recording>) {
+        let [MovingChoice::replay(params)] = spec.obstacles.moving.as_mut_slice() else { panic!("{spec:?}") };
+        params.recording = Some(recording);
+    }
+
+    #[test]
+    fn a_recorded_mover_is_at_the_recorded_place_and_gone_outside_of_its_time() {
+        let csv = b"time_s,id,x_m,y_m\n1.0,4,10,10\n1.4,4,10.4,10\n1.85,4,10.4,10.9\n3.0,4,10.4,13.2\n";
+        let recording = Arc::new(Recording::parse(csv, 25.0).unwrap());
+        let obstacles = "moving: [replay: {file: unused.csv, from_s: 0.5}]";
+        let mut spec = spec("[1, 1]", "[38, 28]", obstacles);
+        set_recording(&mut spec, recording);
+        let map = Arc::new(StaticMap::new(OccupancyGrid::empty(40, 30, 1.0)));
+        let scene = Scene::generate(&spec, &map, &Robot::default(), 0.3, seed(0)).unwrap();
+        let states = states(&scene, 40);
+        for (tick, state) in states.iter().enumerate() {
+            let t = tick as f64 * 0.1 + 0.5;
+            // The row of a tick shows the end of the tick: the first one driven begins at 1.0 s, the last one ends at 3.0 s.
+            assert_eq!(state[0].present, t > 1.05 && t < 3.05, "at {t}");
+            if state[0].present {
+                let expected =
+                    if t < 1.4 { Vec2::new(10.0 + (t - 1.0), 10.0) } else { Vec2::new(10.4, 10.0 + 2.0 * (t - 1.4)) };
+                assert!((state[0].position - expected).norm() < 1e-6, "at {t}: {:?} {expected:?}", state[0].position);
+            }
+        }
+    }
+
+    #[test]
+    fn a_mover_that_appears_upon_the_robot_is_a_collision_at_that_moment() {
+        let csv = b"time_s,id,x_m,y_m\n1.0,4,1.2,1\n9.0,4,1.2,1\n";
+        let mut spec = spec("[1, 1]", "[38, 28]", "moving: [replay: {file: unused.csv}]");
+        set_recording(&mut spec, Arc::new(Recording::parse(csv, 25.0).unwrap()));
+        let map = Arc::new(StaticMap::new(OccupancyGrid::empty(40, 30, 1.0)));
+        let scene = Scene::generate(&spec, &map, &Robot::default(), 0.3, seed(0)).unwrap();
+        let robot = Robot::default();
+        let mut world = World::new(&scene, &robot, &Conditions::default());
+        let hit = (0..20).find_map(|tick| world.step(Twist::ZERO).contact.map(|contact| (tick, contact.time_s)));
+        assert_eq!(hit, Some((10, 0.0)));
+    }
+}

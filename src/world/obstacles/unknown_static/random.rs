@@ -102,3 +102,52 @@ impl Params {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vec2;
+    use crate::map::OccupancyGrid;
+    use crate::robot::Robot;
+    use crate::world::scene::Scene;
+    use crate::world::scene::tests::seed;
+    use std::sync::Arc;
+
+    /// What the parameters draw in a lane of 9 by 3 cells, the robot at its left end, the goal at its right.
+    fn draw(yaml: &str, rows: [&str; 3], episode: u64) -> Result<Vec<UnknownStatic>, Infeasible> {
+        let params: Params = serde_yaml::from_str(yaml).unwrap();
+        let map = Arc::new(StaticMap::new(OccupancyGrid::from_ascii(&rows, 1.0)));
+        let scene = Scene::new(&map, Pose::new(0.5, 1.5, 0.0), Vec2::new(8.5, 1.5));
+        let robot = Robot::default();
+        let drawing = Drawing { scene: &scene, robot: &robot, seed: seed(episode), entry: 2 };
+        params.draw(&drawing, &mut FreeSpace::new(&map, robot.radius_m))
+    }
+
+    #[test]
+    fn obstacles_keep_from_the_ends_snap_and_leave_a_way() {
+        let open = [".........", ".........", "........."];
+        for episode in 0..50 {
+            let drawn = draw("{count: 3, snap_to_cells: true, keep_from_ends_m: 1.2}", open, episode).unwrap();
+            let mut cols = Vec::new();
+            for obstacle in &drawn {
+                let p = obstacle.pose().position;
+                assert_eq!((p.x.fract(), p.y.fract(), obstacle.pose().theta), (0.5, 0.5, 0.0));
+                assert!(
+                    obstacle.distance_m(Vec2::new(0.5, 1.5)) >= 1.2 && obstacle.distance_m(Vec2::new(8.5, 1.5)) >= 1.2
+                );
+                cols.push(p.x);
+            }
+            // Three in one column would close the lane.
+            assert!(cols.windows(2).any(|pair| pair[0] != pair[1]));
+        }
+    }
+
+    #[test]
+    fn a_lane_that_every_obstacle_closes_has_no_place() {
+        let lane = ["#########", ".........", "#########"];
+        let error = draw("{snap_to_cells: true}", lane, 0).unwrap_err();
+        assert_eq!(error.message, "no place for number 0 of obstacles.unknown_static[2] in 1000 draws");
+        let apart = draw("{snap_to_cells: true, apart_from_obstacles: true}", ["........."; 3], 0).unwrap();
+        assert_eq!(apart[0].pose().position.y, 1.5, "the only row that is not at the edge");
+    }
+}
