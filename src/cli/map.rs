@@ -2,9 +2,8 @@
 
 use super::{Failure, print, say};
 use crate::map::connectivity::Components;
-use crate::map::file::{self, Format, Loaded};
+use crate::map::file::{self, FileFormat, Loaded, Unknown};
 use crate::map::from_image::Params;
-use crate::map::ros::Unknown;
 use crate::settings::quantity::Positive;
 use std::path::{Path, PathBuf};
 
@@ -121,7 +120,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         Action::Info { file, reading } => print(&info(&reading.read(file)?, reading.unknown)),
         Action::Convert { input, output, reading } => {
             let loaded = reading.read(input)?;
-            let format = Format::of(output).map_err(|error| Failure::Usage(format!("error: {error}")))?;
+            let format = FileFormat::of(output).map_err(|error| Failure::Usage(format!("error: {error}")))?;
             for written in file::write(&loaded.grid, output).map_err(|error| Failure::Run(format!("error: {error}")))? {
                 print(&format!("{}\n", written.display()))?;
             }
@@ -140,7 +139,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
 
 fn from_image(input: &Path, output: &Path, knobs: &Knobs) -> Result<(), Failure> {
     let usage = |message: String| Failure::Usage(format!("error: {message}"));
-    let format = Format::of(output).map_err(|error| usage(error.to_string()))?;
+    let format = FileFormat::of(output).map_err(|error| usage(error.to_string()))?;
     let picture = file::read_picture(input).map_err(|error| usage(error.to_string()))?;
     let params = Params {
         hue_deg: knobs.hue_deg.0,

@@ -2,10 +2,10 @@
 
 use super::{Failure, say};
 use crate::geometry::Pose;
-use crate::map::file;
+use crate::map::file::{self, Unknown};
+use crate::map::formats::movingai;
 use crate::map::queries::{self, Query};
-use crate::map::ros::Unknown;
-use crate::map::{Cell, DistanceField, OccupancyGrid, movingai};
+use crate::map::{Cell, DistanceField, OccupancyGrid};
 use crate::metrics::planned::planned_turns;
 use crate::observation::Belief;
 use crate::plan::PlanningGrid;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
     /// A file could not be read.
-    #[error("cannot read the map: {source}; paths are relative to the folder of the scenario file")]
+    #[error("cannot read the map: {source}")]
     Read {
         /// What the system said.
         source: std::io::Error,
@@ -78,8 +78,11 @@ pub enum MapError {
         source: std::io::Error,
     },
     /// A file's extension names no format.
-    #[error("the extension names no format of maps, expected .map (MovingAI), .yaml (ROS), .png, .pgm or .txt")]
-    UnknownExtension,
+    #[error("the extension names no format of maps, expected {known}")]
+    UnknownExtension {
+        /// The formats that there are.
+        known: String,
+    },
     /// Any of the above, about a file.
     #[error("{}: {source}", file.display())]
     File {

@@ -2,54 +2,70 @@
 //!
 //! | extension | format | resolution | origin | unknown cells |
 //! |---|---|---|---|---|
-//! | `.map` | MovingAI ([`movingai`]) | no | no | no |
-//! | `.yaml`, `.yml` | ROS map_server with its image ([`ros`]) | yes | yes | read |
+//! | `.map` | MovingAI ([`movingai`](super::formats::movingai)) | no | no | no |
+//! | `.yaml`, `.yml` | ROS map_server with its image ([`ros`](super::formats::ros)) | yes | yes | read |
 //! | `.png`, `.pgm` | a grey image, read as ROS does without a header | no | no | read |
-//! | `.txt` | a drawing as in scenarios ([`ascii`]) | no | no | no |
+//! | `.txt` | a drawing as in scenarios ([`ascii`](super::formats::ascii)) | no | no | no |
 
-use super::ascii::Drawing;
-use super::ros::{self, RosMap, Unknown};
-use super::{Frame, MapError, OccupancyGrid, ascii, movingai};
-use crate::settings::quantity::{Finite, Positive};
+use super::{Frame, MapError, MapSpec, OccupancyGrid};
+use crate::settings::quantity::Positive;
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// A format of map files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// `.map`
-    MovingAi,
-    /// `.yaml` or `.yml`
-    Ros,
-    /// `.png`
-    Png,
-    /// `.pgm`
-    Pgm,
-    /// `.txt`
-    Ascii,
+/// A format of map files; the entries of the registry of maps hold them.
+#[derive(Clone, Copy, Debug)]
+pub struct FileFormat {
+    /// The extensions in small letters without the dot; the usual one first.
+    pub extensions: &'static [&'static str],
+    /// What the format is called, if its extension does not say it.
+    pub name: Option<&'static str>,
+    /// Whether resolution and origin have a place in the format.
+    pub has_frame: bool,
+    /// Reads a file; the resolution holds where the file says nothing of it.
+    pub read: fn(&Path, Positive, Unknown) -> Result<Loaded, MapError>,
+    /// Writes a file, and whatever belongs beside it; returns the files written.
+    pub write: fn(&OccupancyGrid, &Path) -> Result<Vec<PathBuf>, MapError>,
 }
 
-impl Format {
+impl FileFormat {
+    /// Every format, in the order of the registry of maps.
+    pub fn all() -> impl Iterator<Item = &'static Self> {
+        MapSpec::ENTRIES.iter().flat_map(|entry| entry.files)
+    }
+
     /// The format of a file by its extension, in capitals or not.
     ///
     /// # Errors
     /// [`MapError::UnknownExtension`] if there is none of that name.
-    pub fn of(file: &Path) -> Result<Self, MapError> {
+    pub fn of(file: &Path) -> Result<&'static Self, MapError> {
         let extension = file.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-        match extension.as_deref() {
-            Some("map") => Ok(Self::MovingAi),
-            Some("yaml" | "yml") => Ok(Self::Ros),
-            Some("png") => Ok(Self::Png),
-            Some("pgm") => Ok(Self::Pgm),
-            Some("txt") => Ok(Self::Ascii),
-            _ => Err(MapError::UnknownExtension.of(file)),
-        }
+        let has = |format: &&Self| extension.as_deref().is_some_and(|found| format.extensions.contains(&found));
+        Self::all().find(has).ok_or_else(|| MapError::UnknownExtension { known: Self::known() }.of(file))
     }
 
-    /// Whether resolution and origin have a place in the format.
-    pub fn has_frame(self) -> bool {
-        self == Self::Ros
+    /// The formats in words: `.map (MovingAI), …`.
+    pub fn known() -> String {
+        let shown = |format: &Self| {
+            let name = format.name.map_or(String::new(), |name| format!(" ({name})"));
+            format!(".{}{name}", format.extensions[0])
+        };
+        let mut shown: Vec<String> = Self::all().map(shown).collect();
+        let last = shown.pop().unwrap_or_default();
+        format!("{} or {last}", shown.join(", "))
     }
+}
+
+/// What unknown cells count as.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Unknown {
+    /// Nothing drives where nobody has looked.
+    #[default]
+    Occupied,
+    /// What nobody has seen is not there.
+    Free,
 }
 
 /// A map as its file has it.
@@ -66,19 +82,7 @@ pub struct Loaded {
 /// # Errors
 /// [`MapError::File`] if the extension is unknown, or the file cannot be read or does not follow its format.
 pub fn read(file: &Path, resolution_m: Positive, unknown: Unknown) -> Result<Loaded, MapError> {
-    let known = |grid| Loaded { grid, unknown: 0 };
-    let seen = |map: RosMap| Loaded { grid: map.grid(unknown), unknown: map.unknown_count() };
-    let here = Path::new("");
-    match Format::of(file)? {
-        Format::MovingAi => movingai::Params { file: file.into(), resolution_m }.load(here).map(known),
-        Format::Ros => RosMap::load(file).map(seen),
-        Format::Png | Format::Pgm => RosMap::from_image(file, resolution_m).map(seen).map_err(|error| error.of(file)),
-        Format::Ascii => {
-            let text = std::fs::read_to_string(file).map_err(|source| MapError::Read { source }.of(file))?;
-            let rows = Drawing::new(text.lines().map(str::to_owned).collect()).map_err(|error| error.of(file))?;
-            Ok(known(ascii::Params { rows, resolution_m, origin: [Finite::new(0.0); 3] }.grid()))
-        }
-    }
+    (FileFormat::of(file)?.read)(file, resolution_m, unknown)
 }
 
 /// Writes a map file, a `.yaml` together with a `.pgm` of the same name; returns what was written.
@@ -86,34 +90,15 @@ pub fn read(file: &Path, resolution_m: Positive, unknown: Unknown) -> Result<Loa
 /// # Errors
 /// [`MapError::File`] if the extension is unknown or a file cannot be written.
 pub fn write(grid: &OccupancyGrid, file: &Path) -> Result<Vec<PathBuf>, MapError> {
-    let save = |file: PathBuf, bytes: &[u8]| match std::fs::write(&file, bytes) {
-        Ok(()) => Ok(file),
-        Err(source) => Err(MapError::Write { source }.of(&file)),
-    };
-    let one = |bytes: &[u8]| Ok(vec![save(file.into(), bytes)?]);
-    match Format::of(file)? {
-        Format::MovingAi => one(movingai::write(grid).as_bytes()),
-        Format::Ascii => one(grid.to_string().as_bytes()),
-        Format::Pgm => one(&ros::write(grid, "").1),
-        Format::Png => one(&png(grid)),
-        Format::Ros => {
-            let image = file.with_extension("pgm");
-            let name = image.file_name().unwrap_or_default().to_string_lossy();
-            let (header, pgm) = ros::write(grid, &name);
-            // The image first: a header never names what is not there.
-            let image = save(image, &pgm)?;
-            Ok(vec![save(file.into(), header.as_bytes())?, image])
-        }
-    }
+    (FileFormat::of(file)?.write)(grid, file)
 }
 
-/// A PNG of 8 bits of grey, free cells 254 and occupied ones 0.
-fn png(grid: &OccupancyGrid) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    PngEncoder::new(&mut bytes)
-        .write_image(&ros::greys(grid), grid.cols() as u32, grid.rows() as u32, ExtendedColorType::L8)
-        .expect("memory takes an image whose bytes match its size");
-    bytes
+/// Writes the bytes of a map file.
+pub(super) fn save(file: &Path, bytes: &[u8]) -> Result<PathBuf, MapError> {
+    match std::fs::write(file, bytes) {
+        Ok(()) => Ok(file.into()),
+        Err(source) => Err(MapError::Write { source }.of(file)),
+    }
 }
 
 /// A colour picture.
@@ -162,12 +147,12 @@ pub fn write_preview(picture: &Picture, grid: &OccupancyGrid, file: &Path) -> Re
     PngEncoder::new(&mut png)
         .write_image(&bytes, width as u32, height as u32, ExtendedColorType::Rgb8)
         .expect("memory takes an image whose bytes match its size");
-    std::fs::write(file, png).map_err(|source| MapError::Write { source }.of(file))
+    save(file, &png).map(|_| ())
 }
 
 /// What of a grid gets lost in a format, in words; none where nothing does.
-pub fn loss(grid: &OccupancyGrid, format: Format) -> Option<String> {
-    let lost = !format.has_frame() && (grid.resolution_m() != 1.0 || *grid.frame() != Frame::IDENTITY);
+pub fn loss(grid: &OccupancyGrid, format: &FileFormat) -> Option<String> {
+    let lost = !format.has_frame && (grid.resolution_m() != 1.0 || *grid.frame() != Frame::IDENTITY);
     let origin = grid.frame().origin;
     lost.then(|| {
         format!(
@@ -185,6 +170,10 @@ mod tests {
     use super::*;
     use crate::geometry::Pose;
     use crate::rng::{EpisodeSeed, Purpose};
+
+    fn of(file: &str) -> &'static FileFormat {
+        FileFormat::of(Path::new(file)).expect("a format")
+    }
 
     fn read_plain(file: &Path) -> Result<Loaded, MapError> {
         read(file, Positive::new(1.0), Unknown::Occupied)
@@ -220,10 +209,10 @@ mod tests {
         let written = write(&grid, &file).expect("written");
         assert_eq!(written[1], folder.path().join("hall.v2.pgm"));
         assert_eq!(read_plain(&file).expect("read").grid, grid);
-        assert_eq!(loss(&grid, Format::Ros), None);
-        let lost = loss(&grid, Format::MovingAi).expect("a loss");
+        assert_eq!(loss(&grid, of("a.yaml")), None);
+        let lost = loss(&grid, of("a.map")).expect("a loss");
         assert!(lost.contains("resolution (0.05 m)") && lost.contains("origin ([-3, 4.5, 0.25])"), "{lost}");
-        assert_eq!(loss(&OccupancyGrid::empty(2, 2, 1.0), Format::Png), None);
+        assert_eq!(loss(&OccupancyGrid::empty(2, 2, 1.0), of("a.png")), None);
     }
 
     #[test]

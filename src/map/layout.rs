@@ -118,31 +118,17 @@ pub(super) fn spanning_tree(across: usize, up: usize, stream: &mut Stream) -> Ve
     joined
 }
 
-/// Checks that the first picture in a module's documentation is what the first scenario there draws.
-#[cfg(test)]
-pub(super) fn assert_picture(source: &str, draw: impl FnOnce(&str) -> OccupancyGrid) {
-    let fence = |text: &str| text.strip_prefix("//!").map(|text| text.strip_prefix(' ').unwrap_or(text).to_owned());
-    let mut lines = source.lines().map_while(fence).collect::<Vec<_>>().into_iter();
-    let mut block = |opening: &str| -> Vec<String> {
-        assert!(lines.by_ref().any(|line| line == opening), "no {opening}");
-        lines.by_ref().take_while(|line| line != "```").collect()
-    };
-    let yaml = block("```yaml").join(" ").replace("map: ", "");
-    let picture = block("```text").join("\n") + "\n";
-    let drawn = draw(&yaml).to_string();
-    assert_eq!(drawn, picture, "the map is\n{drawn}");
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::{EpisodeSeed, Purpose};
+    use crate::map::support::episode;
+    use crate::rng::Purpose;
 
     #[test]
     fn a_spanning_tree_joins_every_room_once() {
         for (across, up) in [(1, 1), (1, 7), (7, 1), (2, 2), (9, 13)] {
-            for episode in 0..50 {
-                let mut stream = EpisodeSeed { seed: 1, episode }.stream(Purpose::Map, 0);
+            for number in 0..50 {
+                let mut stream = episode(number).stream(Purpose::Map, 0);
                 let joined = spanning_tree(across, up, &mut stream);
                 let doors: usize = joined.iter().map(|room| usize::from(room.right) + usize::from(room.above)).sum();
                 assert_eq!(doors, across * up - 1);

@@ -4,31 +4,136 @@
 //! the bottom. Formats whose first row is the top are flipped by their reader and nowhere else.
 //! Everything outside the grid is blocked.
 
-pub mod ascii;
 pub mod connectivity;
 mod distance;
-pub mod empty;
 mod error;
 pub mod file;
 pub mod from_image;
 mod grid;
+mod kind;
 mod layout;
-pub mod maze;
-pub mod movingai;
-pub mod port;
+mod map_seed;
 pub mod queries;
-pub mod random;
-pub mod rooms;
-pub mod ros;
-mod spec;
-pub mod u_trap;
-pub mod warehouse;
-pub mod workshop;
+#[cfg(test)]
+mod support;
 
 pub use distance::DistanceField;
 pub use error::MapError;
 pub use grid::{Cell, Frame, OccupancyGrid};
-pub use spec::MapSpec;
+pub use kind::{Entry, Generator, MapKind};
+pub use map_seed::MapSeed;
+
+use crate::rng::EpisodeSeed;
+use crate::settings::registry;
+use std::path::Path;
 
 /// Most cells along one side of a map; checked before anything is allocated.
 pub const SIDE_MAX: usize = 16_384;
+
+registry! {
+    /// The known map of a scenario (scenario key `map`): drawn in place, read from a file, or generated.
+    pub enum MapSpec: "map", Entry, dyn MapKind {
+        /// Maps that somebody drew: in the scenario or in a file.
+        formats { ascii, movingai, ros }
+        /// Maps that are computed, most of them from a seed.
+        generators { random, warehouse, port, rooms, maze, u_trap, workshop, empty }
+    }
+}
+
+impl MapSpec {
+    /// The grid of one episode. Files are looked up relative to `folder`, the folder of the scenario.
+    ///
+    /// # Errors
+    /// [`MapError::File`] for a file that cannot be read or does not follow its format,
+    /// [`MapError::Contradiction`] for sizes that do not fit together, and
+    /// [`MapError::Infeasible`] if no acceptable map was drawn: only this one depends on the seed.
+    pub fn load(&self, folder: &Path, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
+        self.kind().load(folder, seed)
+    }
+
+    /// Whether every episode gets the same grid, so that it may be loaded once and shared.
+    pub fn is_fixed(&self) -> bool {
+        self.kind().is_fixed()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SEED: EpisodeSeed = support::episode(0);
+
+    fn read(yaml: &str) -> MapSpec {
+        serde_yaml::from_str(yaml).expect("a map")
+    }
+
+    #[test]
+    fn every_kind_of_map_is_loaded() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("two.map"), "type octile\nheight 1\nwidth 2\nmap\n.@\n").expect("a file");
+        let header =
+            "{image: two.pgm, resolution: 1, origin: [0, 0, 0], negate: 0, occupied_thresh: 0.65, free_thresh: 0.25}";
+        std::fs::write(folder.path().join("two.yaml"), header).expect("a file");
+        std::fs::write(folder.path().join("two.pgm"), "P2 2 1 255 255 0").expect("a file");
+        for (yaml, cols, rows, occupied, fixed) in [
+            ("ascii: {rows: ['.#', '..']}", 2, 2, 1, true),
+            ("movingai: {file: two.map, resolution_m: 0.5}", 2, 1, 1, true),
+            ("random: {cols: 8, rows: 9, obstacles: 5}", 8, 9, 5, false),
+            ("random: {cols: 8, rows: 9, obstacles: 5, map_seed: 3}", 8, 9, 5, true),
+            ("warehouse", 240, 120, 7896, true),
+            ("ros: {file: two.yaml}", 2, 1, 1, true),
+            ("port", 25, 25, 117, false),
+            // 24 walls of 9 cells and 9 posts, less 24 doors of 2.
+            ("rooms: {extra_doors: 1}", 39, 39, 24 * 9 + 9 - 24 * 2, false),
+            ("maze", 29, 29, 29 * 29 - 100 * 4 - 99 * 2, false),
+            ("maze: {map_seed: 3}", 29, 29, 29 * 29 - 100 * 4 - 99 * 2, true),
+            ("u_trap", 40, 40, 240, false),
+            ("workshop", 96, 56, (5 * 8 + 4) * 16, false),
+            ("empty: {cols: 3, rows: 4, resolution_m: 0.5}", 3, 4, 0, true),
+        ] {
+            let spec = read(yaml);
+            let grid = spec.load(folder.path(), SEED).expect("a grid");
+            assert_eq!((grid.cols(), grid.rows(), grid.occupied_count()), (cols, rows, occupied), "{yaml}");
+            assert_eq!(spec.is_fixed(), fixed, "{yaml}");
+            let other = spec.load(folder.path(), EpisodeSeed { episode: 1, ..SEED }).expect("a grid");
+            assert_eq!(grid == other, fixed, "{yaml}");
+        }
+        let half = read("movingai: {file: two.map, resolution_m: 0.5}").load(folder.path(), SEED).expect("a grid");
+        assert_eq!(half.resolution_m(), 0.5);
+        assert!(half.is_free(Cell { col: 0, row: 0 }));
+    }
+
+    #[test]
+    fn a_fault_in_a_file_is_named_with_file_and_place() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("bad.map"), "type octile\nheight 1\nwidth 2\nmap\n.?\n").expect("a file");
+        let error = read("movingai: {file: bad.map}").load(folder.path(), SEED).expect_err("refused").to_string();
+        assert!(error.contains("bad.map: line 5, column 2: found `?`, expected `.`, `G` or `S` (passable)"), "{error}");
+    }
+
+    /// The documentation of every generator shows a scenario and the map it draws.
+    #[test]
+    fn the_picture_in_the_documentation_of_a_generator_is_its_map() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/map/generators");
+        let mut pictures = 0;
+        for name in MapSpec::NAMES {
+            if let Ok(source) = std::fs::read_to_string(folder.join(name).with_extension("rs")) {
+                support::assert_picture(name, &source);
+                pictures += 1;
+            }
+        }
+        assert_eq!(pictures, std::fs::read_dir(folder).expect("a folder").count());
+    }
+
+    #[test]
+    fn a_wrong_name_is_answered_with_the_nearest() {
+        let error = serde_yaml::from_str::<MapSpec>("warehous").expect_err("refused").to_string();
+        assert!(error.contains("unknown map `warehous`, did you mean `warehouse`?"), "{error}");
+    }
+
+    #[test]
+    fn the_schema_names_every_kind() {
+        let schema = serde_json::to_string(&schemars::schema_for!(MapSpec)).expect("text");
+        assert!(MapSpec::NAMES.iter().all(|name| schema.contains(&format!("\"{name}\""))), "{schema}");
+    }
+}

@@ -3,7 +3,8 @@
 //! Cells count columns from the left and rows from the *top*, as map files do ([`movingai::flip`] turns them
 //! into grid cells); lengths are in cells.
 
-use super::{Cell, movingai};
+use super::Cell;
+use super::formats::movingai;
 use std::path::Path;
 
 /// A start, a goal and what is known of the way.

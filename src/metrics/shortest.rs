@@ -741,7 +741,7 @@ mod tests {
 
     #[test]
     fn equals_the_published_any_angle_optima() {
-        use crate::map::movingai;
+        use crate::map::formats::movingai;
         use std::io::Write as _;
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/benchmarks");
         if !folder.exists() {

@@ -4,12 +4,27 @@
 ///
 /// `registry! { /// docs  pub enum Name: "what errors call it", Entry, dyn Behaviour { module, … } }`
 ///
+/// Kinds of several folders are grouped: `{ /// docs of the folder  folder { module, … } … }`.
+///
 /// Each module is a file that holds `Params` (which implements the trait `Behaviour`) and `ENTRY` (of the type `Entry`,
 /// with a `summary`).
 macro_rules! registry {
     ($(#[$doc:meta])* $vis:vis enum $Name:ident: $what:literal, $Entry:ty, dyn $Behaviour:path { $($module:ident),+ $(,)? }) => {
         $(pub mod $module;)+
-
+        $crate::settings::registry! {
+            @table $(#[$doc])* $vis enum $Name: $what, $Entry, dyn $Behaviour { $($module),+ }
+        }
+    };
+    ($(#[$doc:meta])* $vis:vis enum $Name:ident: $what:literal, $Entry:ty, dyn $Behaviour:path {
+        $($(#[$folder_doc:meta])* $folder:ident { $($module:ident),+ $(,)? })+
+    }) => {
+        $($(#[$folder_doc])* pub mod $folder { $(pub mod $module;)+ })+
+        $(use $folder::{$($module),+};)+
+        $crate::settings::registry! {
+            @table $(#[$doc])* $vis enum $Name: $what, $Entry, dyn $Behaviour { $($($module),+),+ }
+        }
+    };
+    (@table $(#[$doc:meta])* $vis:vis enum $Name:ident: $what:literal, $Entry:ty, dyn $Behaviour:path { $($module:ident),+ }) => {
         $crate::settings::choice::choice! {
             $(#[$doc])*
             $vis enum $Name: $what { $($module),+ }

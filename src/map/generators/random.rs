@@ -1,14 +1,33 @@
-//! Seeded maps of random obstacles with an exact number of occupied cells.
+//! Seeded maps of random obstacles with an exact number of occupied cells. This scenario
+//!
+//! ```yaml
+//! map: {random: {cols: 16, rows: 9, obstacles: 30, map_seed: 1}}
+//! ```
+//!
+//! is drawn as
+//!
+//! ```text
+//! ...........##...
+//! ...........##...
+//! .##.............
+//! ........####....
+//! .####...####....
+//! .####...####....
+//! .####...........
+//! ................
+//! ................
+//! ```
 
-use super::connectivity::Components;
-use super::{Cell, MapError, OccupancyGrid};
+use crate::map::connectivity::Components;
+use crate::map::kind::one_metre;
+use crate::map::{Cell, Entry, Generator, MapError, MapSeed, OccupancyGrid};
 use crate::rng::{EpisodeSeed, Purpose, Stream};
 use crate::settings::quantity::{Cells, CountOrZero, Positive};
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::{Error, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::borrow::Cow;
-use std::fmt;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What the registry says of it.
+pub const ENTRY: Entry = Entry { summary: "Seeded random obstacles, an exact number of occupied cells.", files: &[] };
 
 /// Parameters of a random map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -19,7 +38,7 @@ pub struct Params {
     /// Number of rows.
     pub rows: Cells,
     /// Side of a cell, m. Default 1.
-    #[serde(default = "super::spec::one_metre")]
+    #[serde(default = "one_metre")]
     pub resolution_m: Positive,
     /// Number of occupied cells, met exactly.
     pub obstacles: CountOrZero,
@@ -52,76 +71,17 @@ pub enum Shape {
     Cells,
 }
 
-/// Which map of a random family an episode gets.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum MapSeed {
-    /// A new map for each episode, from the scenario's seed (`per_episode`).
-    #[default]
-    PerEpisode,
-    /// The same map for all episodes and all seeds of the scenario (a whole number).
-    Fixed(u64),
-}
-
-impl MapSeed {
-    /// The seed to draw the map of an episode from.
-    pub(super) fn of(self, episode: EpisodeSeed) -> EpisodeSeed {
-        match self {
-            Self::PerEpisode => episode,
-            Self::Fixed(seed) => EpisodeSeed { seed, episode: 0 },
-        }
-    }
-}
-
-impl Serialize for MapSeed {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match *self {
-            Self::PerEpisode => serializer.serialize_str("per_episode"),
-            Self::Fixed(seed) => serializer.serialize_u64(seed),
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for MapSeed {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Reader;
-        impl Visitor<'_> for Reader {
-            type Value = MapSeed;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("`per_episode` or a whole number of at least 0")
-            }
-            fn visit_str<E: Error>(self, text: &str) -> Result<MapSeed, E> {
-                match text {
-                    "per_episode" => Ok(MapSeed::PerEpisode),
-                    _ => Err(E::invalid_value(serde::de::Unexpected::Str(text), &self)),
-                }
-            }
-            fn visit_u64<E: Error>(self, seed: u64) -> Result<MapSeed, E> {
-                Ok(MapSeed::Fixed(seed))
-            }
-        }
-        deserializer.deserialize_any(Reader)
-    }
-}
-
-impl JsonSchema for MapSeed {
-    fn schema_name() -> Cow<'static, str> {
-        "MapSeed".into()
-    }
-    fn inline_schema() -> bool {
-        true
-    }
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({"anyOf": [{"const": "per_episode"}, {"type": "integer", "minimum": 0}]})
-    }
-}
-
 /// Maps drawn before giving up. At the papers' densities one in ten is rejected.
 const TRIES_MAX: u32 = 100;
 
 /// Longest side of a block, cells (systems.md §8.2).
 const BLOCK_SIDE_MAX: usize = 4;
 
-impl Params {
+impl Generator for Params {
+    fn map_seed(&self) -> MapSeed {
+        self.map_seed
+    }
+
     /// The grid of one episode.
     ///
     /// Try t draws from stream (map, t), so that a map is addressed by seed, episode and try.
@@ -129,10 +89,12 @@ impl Params {
     /// # Errors
     /// [`MapError::Contradiction`] if there are more obstacles than cells for them, and
     /// [`MapError::Infeasible`] if no draw connects the corners within the bound on tries.
-    pub fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
+    fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
         self.generate_around("random", &[], &[], seed)
     }
+}
 
+impl Params {
     /// The same, for the kind of map called `map`, around `walls`, which are occupied and not counted,
     /// and `kept_free`, where no obstacle comes.
     pub(super) fn generate_around(
@@ -142,7 +104,6 @@ impl Params {
         kept_free: &[Cell],
         seed: EpisodeSeed,
     ) -> Result<OccupancyGrid, MapError> {
-        let seed = self.map_seed.of(seed);
         let mut empty = OccupancyGrid::empty(self.cols.get() as i32, self.rows.get() as i32, self.resolution_m.get());
         for &wall in walls {
             empty.set_occupied(wall);
@@ -241,8 +202,8 @@ fn corners_are_connected(grid: &OccupancyGrid) -> bool {
 mod tests {
     use super::*;
     use crate::map::connectivity::reachable;
+    use crate::map::support::{episode, generate, load};
     use crate::map::{DistanceField, MapSpec};
-    use std::path::Path;
 
     fn params(cols: u32, rows: u32, obstacles: u32) -> Params {
         Params {
@@ -256,17 +217,13 @@ mod tests {
         }
     }
 
-    fn episode(episode: u64) -> EpisodeSeed {
-        EpisodeSeed { seed: 1, episode }
-    }
-
     #[test]
     fn counts_are_exact_and_corners_free_and_connected() {
         for shape in [Shape::Blocks, Shape::Cells] {
             // gao2025, Table 1: 200 of 30 x 30.
             let params = Params { shape, ..params(30, 30, 200) };
             for number in 0..100 {
-                let grid = params.generate(episode(number)).expect("a map");
+                let grid = generate(&params, number);
                 assert_eq!(grid.occupied_count(), 200);
                 for (col, row) in [(0, 0), (28, 0), (0, 28), (28, 28)] {
                     for (dc, dr) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
@@ -283,17 +240,17 @@ mod tests {
     #[test]
     fn a_map_is_a_function_of_seed_and_episode() {
         let params = params(20, 20, 80);
-        assert_eq!(params.generate(episode(4)).expect("a map"), params.generate(episode(4)).expect("a map"));
-        assert_ne!(params.generate(episode(4)).expect("a map"), params.generate(episode(5)).expect("a map"));
+        assert_eq!(generate(&params, 4), generate(&params, 4));
+        assert_ne!(generate(&params, 4), generate(&params, 5));
         let fixed = Params { map_seed: MapSeed::Fixed(9), ..params };
-        assert_eq!(fixed.generate(episode(4)).expect("a map"), fixed.generate(episode(5)).expect("a map"));
+        assert_eq!(generate(&fixed, 4), generate(&fixed, 5));
         assert!(MapSpec::random(fixed).is_fixed());
     }
 
     #[test]
     fn what_was_drawn_once_stays() {
         // Part of the results contract: another picture means that every result on random maps moves.
-        let drawn = params(16, 9, 30).generate(EpisodeSeed { seed: 1, episode: 0 }).expect("a map");
+        let drawn = generate(&params(16, 9, 30), 0);
         let picture = [
             "...........##...",
             "...........##...",
@@ -312,7 +269,7 @@ mod tests {
     #[test]
     fn a_full_map_is_met_exactly() {
         let params = Params { keep_corners_free: false, ..params(9, 7, 63) };
-        assert_eq!(params.generate(episode(0)).expect("a map").occupied_count(), 63);
+        assert_eq!(generate(&params, 0).occupied_count(), 63);
     }
 
     #[test]
@@ -320,7 +277,7 @@ mod tests {
         // 10 x 10 less four corners of 2 x 2: 84.
         let message = params(10, 10, 85).generate(episode(0)).expect_err("refused").to_string();
         assert!(message.contains("found 85 obstacles on 10 x 10 cells, expected at most 84"), "{message}");
-        assert_eq!(params(1, 1, 0).generate(episode(0)).expect("a map").occupied_count(), 0);
+        assert_eq!(generate(&params(1, 1, 0), 0).occupied_count(), 0);
     }
 
     #[test]
@@ -332,13 +289,11 @@ mod tests {
 
     #[test]
     fn scenarios_name_only_what_differs_from_the_defaults() {
-        let spec: MapSpec = serde_yaml::from_str("random: {cols: 20, rows: 20, obstacles: 80}").expect("a map");
+        let text = "random: {cols: 20, rows: 20, obstacles: 80}";
+        let spec: MapSpec = serde_yaml::from_str(text).expect("a map");
         assert_eq!(spec, MapSpec::random(params(20, 20, 80)));
         assert!(!spec.is_fixed());
-        assert_eq!(
-            spec.load(Path::new("."), episode(0)).expect("a map"),
-            params(20, 20, 80).generate(episode(0)).expect("a map")
-        );
+        assert_eq!(load(text).expect("a map"), generate(&params(20, 20, 80), 0));
         let text = "random: {cols: 20, rows: 20, obstacles: 80, shape: cells, map_seed: 7, keep_corners_free: false}";
         let spec: MapSpec = serde_yaml::from_str(text).expect("a map");
         let written = serde_yaml::to_string(&spec).expect("text");

@@ -37,13 +37,16 @@
 //! ........................
 //! ```
 
-use super::layout;
-use super::random::MapSeed;
-use super::{MapError, OccupancyGrid};
+use crate::map::layout;
+use crate::map::{Entry, Generator, MapError, MapSeed, OccupancyGrid};
 use crate::rng::{EpisodeSeed, Purpose};
 use crate::settings::quantity::{CountOrZero, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// What the registry says of it.
+pub const ENTRY: Entry =
+    Entry { summary: "A workshop: a depot, five stations, and crates that stand about.", files: &[] };
 
 /// Parameters of a workshop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -98,13 +101,17 @@ impl Block {
     }
 }
 
-impl Params {
+impl Generator for Params {
+    fn map_seed(&self) -> MapSeed {
+        self.map_seed
+    }
+
     /// The grid of one episode; crate k draws from stream (map, k).
     ///
     /// # Errors
     /// [`MapError::Contradiction`] if 1 m is not a whole number of cells, and
     /// [`MapError::Infeasible`] if a crate finds no place.
-    pub fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
+    fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
         let scale = layout::cells("workshop", "one metre of", 1.0, self.resolution_m.get())?;
         let scaled = |(x, y): (i64, i64)| (x * scale, y * scale);
         let (cols, rows) = scaled(HALL_M);
@@ -116,7 +123,6 @@ impl Params {
         let mut blocks = machines.to_vec();
         let places: Vec<Block> =
             STATIONS_M.iter().chain([&DEPOT_M]).map(|&place| Block::new(scaled(place), (0, 0))).collect();
-        let seed = self.map_seed.of(seed);
         for number in 0..self.crates.get() {
             let mut stream = seed.stream(Purpose::Map, u64::from(number));
             let mut draw = |cells: i64| gap + stream.index((cells - scale - 2 * gap + 1) as usize) as i64;
@@ -146,29 +152,14 @@ impl Params {
 mod tests {
     use super::*;
     use crate::geometry::Vec2;
+    use crate::map::DistanceField;
     use crate::map::connectivity::{Components, passable};
-    use crate::map::{DistanceField, MapSpec};
-
-    fn episode(episode: u64) -> EpisodeSeed {
-        EpisodeSeed { seed: 1, episode }
-    }
-
-    fn generate(yaml: &str) -> Result<OccupancyGrid, MapError> {
-        match serde_yaml::from_str(yaml).expect("parameters") {
-            MapSpec::workshop(params) => params.generate(episode(0)),
-            other => panic!("{other:?}"),
-        }
-    }
-
-    #[test]
-    fn the_picture_in_the_documentation_is_the_map() {
-        layout::assert_picture(include_str!("workshop.rs"), |yaml| generate(yaml).expect("a map"));
-    }
+    use crate::map::support::{generate, refusal};
 
     #[test]
     fn every_station_is_reached_from_the_depot_around_every_crate() {
         for number in 0..100 {
-            let grid = Params::default().generate(episode(number)).expect("a map");
+            let grid = generate(&Params::default(), number);
             assert_eq!((grid.cols(), grid.rows(), grid.occupied_count()), (96, 56, (5 * 8 + 4) * 16));
             // Cell centres see up to half a diagonal less than the 0.75 m of the gaps.
             let parts = Components::new(&grid, &passable(&DistanceField::new(&grid), 0.6));
@@ -181,9 +172,9 @@ mod tests {
 
     #[test]
     fn too_many_crates_are_infeasible_after_a_bounded_search() {
-        let message = generate("workshop: {crates: 1000000000}").expect_err("refused").to_string();
+        let message = refusal("workshop: {crates: 1000000000}");
         assert!(message.contains("none of 1000 draws has room for a crate, expected one; lower `crates`"), "{message}");
-        let message = generate("workshop: {resolution_m: 0.3}").expect_err("refused").to_string();
+        let message = refusal("workshop: {resolution_m: 0.3}");
         assert!(message.starts_with("workshop map: found `one metre of` 1, expected a whole number"), "{message}");
     }
 }

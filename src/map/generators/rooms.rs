@@ -27,13 +27,18 @@
 //! .......................#.......
 //! ```
 
-use super::layout;
-use super::random::MapSeed;
-use super::{MapError, OccupancyGrid};
+use crate::map::layout;
+use crate::map::{Entry, Generator, MapError, MapSeed, OccupancyGrid};
 use crate::rng::{EpisodeSeed, Purpose};
 use crate::settings::quantity::{Cells, Fraction, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// What the registry says of it.
+pub const ENTRY: Entry = Entry {
+    summary: "Rooms with doors: a lattice of equal rooms, each wall between two with one door or none.",
+    files: &[],
+};
 
 /// Parameters of a map of rooms. Every length is a whole number of cells.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -77,7 +82,11 @@ impl Default for Params {
     }
 }
 
-impl Params {
+impl Generator for Params {
+    fn map_seed(&self) -> MapSeed {
+        self.map_seed
+    }
+
     /// The grid of one episode. Draws are taken room by room: the tree from stream (map, 0), then from
     /// (map, 1) for the wall on the right and the one above whether it has a door, and where; so a change
     /// of `extra_doors` moves no door.
@@ -85,7 +94,7 @@ impl Params {
     /// # Errors
     /// [`MapError::Contradiction`] if a length is not a whole number of cells, a door is wider than a
     /// room, or the map gets too large.
-    pub fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
+    fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
         let resolution_m = self.resolution_m.get();
         let cells = |key, length: Positive| layout::cells("rooms", key, length.get(), resolution_m);
         let (width, height) = (cells("room_width_m", self.room_width_m)?, cells("room_height_m", self.room_height_m)?);
@@ -108,7 +117,6 @@ impl Params {
         let advice = "lower `rooms_x`, `rooms_y` or the sides of a room, or raise `resolution_m`";
         let mut grid = layout::grid("rooms", sides, resolution_m, advice)?;
 
-        let seed = self.map_seed.of(seed);
         let tree = layout::spanning_tree(across as usize, up as usize, &mut seed.stream(Purpose::Map, 0));
         let mut doors = seed.stream(Purpose::Map, 1);
         for (room, joined) in tree.iter().enumerate() {
@@ -143,31 +151,16 @@ impl Params {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::DistanceField;
     use crate::map::connectivity::{Components, passable};
-    use crate::map::{DistanceField, MapSpec};
-
-    fn episode(episode: u64) -> EpisodeSeed {
-        EpisodeSeed { seed: 1, episode }
-    }
-
-    fn generate(yaml: &str) -> Result<OccupancyGrid, MapError> {
-        match serde_yaml::from_str(yaml).expect("parameters") {
-            MapSpec::rooms(params) => params.generate(episode(0)),
-            other => panic!("{other:?}"),
-        }
-    }
-
-    #[test]
-    fn the_picture_in_the_documentation_is_the_map() {
-        layout::assert_picture(include_str!("rooms.rs"), |yaml| generate(yaml).expect("a map"));
-    }
+    use crate::map::support::{generate, refusal};
 
     #[test]
     fn every_room_is_reached_by_a_disc_narrower_than_the_doors() {
         for number in 0..100 {
             let params =
                 Params { extra_doors: Fraction::new(0.0), resolution_m: Positive::new(0.5), ..Params::default() };
-            let grid = params.generate(episode(number)).expect("a map");
+            let grid = generate(&params, number);
             let parts = Components::new(&grid, &passable(&DistanceField::new(&grid), 0.7));
             assert_eq!(parts.sizes().len(), 1);
         }
@@ -180,14 +173,14 @@ mod tests {
         for (extra, doors) in [(0.0, 15), (1.0, 24)] {
             let params = Params { extra_doors: Fraction::new(extra), ..Params::default() };
             for number in 0..20 {
-                let grid = params.generate(episode(number)).expect("a map");
+                let grid = generate(&params, number);
                 assert_eq!((grid.cols(), grid.rows()), (39, 39));
                 assert_eq!(grid.occupied_count(), walls - 2 * doors);
             }
         }
         // Extra doors are added and move none.
-        let few = Params { extra_doors: Fraction::new(0.2), ..Params::default() }.generate(episode(0)).expect("a map");
-        let more = Params { extra_doors: Fraction::new(0.6), ..Params::default() }.generate(episode(0)).expect("a map");
+        let few = generate(&Params { extra_doors: Fraction::new(0.2), ..Params::default() }, 0);
+        let more = generate(&Params { extra_doors: Fraction::new(0.6), ..Params::default() }, 0);
         assert!(few.occupied().iter().zip(more.occupied()).all(|(few, more)| few >= more) && few != more);
     }
 
@@ -198,8 +191,8 @@ mod tests {
             ("rooms: {room_width_m: 2.5}", "`room_width_m` 2.5, expected a whole number of cells of 1 m"),
             ("rooms: {rooms_y: 9999}", "found 39 x 99989 cells"),
         ] {
-            let message = generate(yaml).expect_err("refused").to_string();
-            assert!(message.starts_with("rooms map: ") && message.contains(expected), "{message}");
+            let message = refusal(yaml);
+            assert!(message.contains(expected), "{message}");
         }
     }
 }

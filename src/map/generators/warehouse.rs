@@ -28,11 +28,19 @@
 //! ..............................
 //! ```
 
-use super::layout::{self, occupy};
-use super::{MapError, OccupancyGrid};
+use crate::map::layout::{self, occupy};
+use crate::map::{Entry, MapError, MapKind, OccupancyGrid};
+use crate::rng::EpisodeSeed;
 use crate::settings::quantity::{Count, CountOrZero, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What the registry says of it.
+pub const ENTRY: Entry = Entry {
+    summary: "A warehouse: rack rows with aisles between them, cross aisles, docks along the left side.",
+    files: &[],
+};
 
 /// Parameters of a warehouse. Every length is a whole number of cells.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -96,13 +104,13 @@ struct Plan {
     staging: i64,
 }
 
-impl Params {
+impl MapKind for Params {
     /// The grid.
     ///
     /// # Errors
     /// [`MapError::Contradiction`] if a length is not a whole number of cells, a side exceeds
     /// [`SIDE_MAX`](crate::map::SIDE_MAX) cells, or racks, aisles and docks do not fit into the hall.
-    pub fn build(&self) -> Result<OccupancyGrid, MapError> {
+    fn load(&self, _folder: &Path, _seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
         let plan = self.plan()?;
         let (rack_rows, docks) = (i64::from(self.rack_rows.get()), i64::from(self.docks.get()));
         let rack_columns = i64::from(self.cross_aisles.get()) + 1;
@@ -155,6 +163,12 @@ impl Params {
         Ok(grid)
     }
 
+    fn is_fixed(&self) -> bool {
+        true
+    }
+}
+
+impl Params {
     fn plan(&self) -> Result<Plan, MapError> {
         Ok(Plan {
             cols: self.cells("width_m", self.width_m.get())?,
@@ -186,23 +200,12 @@ impl Params {
 mod tests {
     use super::*;
     use crate::map::connectivity::{Components, passable};
+    use crate::map::support::{generate, load, refusal};
     use crate::map::{Cell, DistanceField, MapSpec};
-
-    fn build(yaml: &str) -> Result<OccupancyGrid, MapError> {
-        match serde_yaml::from_str(yaml).expect("parameters") {
-            MapSpec::warehouse(params) => params.build(),
-            other => panic!("{other:?}"),
-        }
-    }
-
-    #[test]
-    fn the_picture_in_the_documentation_is_the_map() {
-        layout::assert_picture(include_str!("warehouse.rs"), |yaml| build(yaml).expect("a map"));
-    }
 
     #[test]
     fn the_default_hall_has_the_sizes_it_names() {
-        let grid = Params::default().build().expect("a map");
+        let grid = generate(&Params::default(), 0);
         assert_eq!((grid.cols(), grid.rows()), (240, 120));
         // Racks: 6 rows x 3 columns of 54 x 8 cells, as (240 - 40 - 3 x 12) / 3 = 54; dividers: 5 of 12 x 2.
         assert_eq!(grid.occupied_count(), 6 * 3 * 54 * 8 + 5 * 12 * 2);
@@ -220,7 +223,7 @@ mod tests {
     fn two_robots_pass_each_other_everywhere() {
         // Abreast, two discs of 0.5 m take 1 m: a disc of that diameter reaches every aisle and bay.
         for resolution in ["0.25", "0.1", "0.5"] {
-            let grid = build(&format!("warehouse: {{resolution_m: {resolution}}}")).expect("a map");
+            let grid = load(&format!("warehouse: {{resolution_m: {resolution}}}")).expect("a map");
             let parts = Components::new(&grid, &passable(&DistanceField::new(&grid), 0.5));
             assert_eq!(parts.sizes().len(), 1);
             assert_eq!(grid.extent_m(), crate::geometry::Vec2::new(60.0, 30.0));
@@ -245,11 +248,11 @@ mod tests {
             ("warehouse: {rack_rows: 1000000000}", "found 1000000000 rack rows"),
             ("warehouse: {cross_aisles: 1000000000}", "1000000001 cross aisles"),
         ] {
-            let message = build(yaml).expect_err("refused").to_string();
-            assert!(message.starts_with("warehouse map: ") && message.contains(expected), "{message}");
+            let message = refusal(yaml);
+            assert!(message.contains(expected), "{message}");
         }
         // 40 docks and 39 dividers of 2 cells leave 42 of 120 cells for the bays.
-        assert!(build("warehouse: {docks: 40, dock_depth_m: 0}").is_ok());
+        assert!(load("warehouse: {docks: 40, dock_depth_m: 0}").is_ok());
     }
 
     #[test]

@@ -9,7 +9,10 @@
 //! N. R. Sturtevant, *Benchmarks for Grid-Based Pathfinding*, IEEE Transactions on Computational
 //! Intelligence and AI in Games 4(2), 2012.
 
-use super::{Cell, MapError, OccupancyGrid, SIDE_MAX};
+use crate::map::file::{FileFormat, Loaded, Unknown, save};
+use crate::map::kind::one_metre;
+use crate::map::{Cell, Entry, MapError, MapKind, OccupancyGrid, SIDE_MAX};
+use crate::rng::EpisodeSeed;
 use crate::settings::quantity::Positive;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,6 +21,18 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+/// What the registry says of it.
+pub const ENTRY: Entry = Entry {
+    summary: "A map file of the MovingAI benchmarks.",
+    files: &[FileFormat {
+        extensions: &["map"],
+        name: Some("MovingAI"),
+        has_frame: false,
+        read: read_file,
+        write: write_file,
+    }],
+};
+
 /// Parameters of a map read from a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -25,27 +40,36 @@ pub struct Params {
     /// The `.map` file, relative to the folder of the scenario file.
     pub file: PathBuf,
     /// Side of a cell, m. Default 1.
-    #[serde(default = "super::spec::one_metre")]
+    #[serde(default = "one_metre")]
     pub resolution_m: Positive,
 }
 
 /// Most bytes of a file that are looked at: the largest map with CRLF, and room for the header.
 const FILE_BYTES_MAX: u64 = (SIDE_MAX * (SIDE_MAX + 2) + 1024) as u64;
 
-impl Params {
-    /// Reads the file.
-    ///
-    /// # Errors
-    /// [`MapError::File`] if it cannot be read or does not follow the format.
-    pub fn load(&self, base_dir: &Path) -> Result<OccupancyGrid, MapError> {
-        let file = base_dir.join(&self.file);
-        let mut text = String::new();
-        File::open(&file)
-            .and_then(|opened| opened.take(FILE_BYTES_MAX).read_to_string(&mut text))
-            .map_err(|source| MapError::Read { source }.of(&file))?;
-        let grid = parse(&text).map_err(|error| error.of(&file))?;
-        Ok(grid.with_resolution(self.resolution_m.get()))
+impl MapKind for Params {
+    fn load(&self, folder: &Path, _seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
+        read_file(&folder.join(&self.file), self.resolution_m, Unknown::default()).map(|loaded| loaded.grid)
     }
+
+    fn is_fixed(&self) -> bool {
+        true
+    }
+}
+
+/// Reads a `.map`; the format knows no unknown cells.
+fn read_file(file: &Path, resolution_m: Positive, _: Unknown) -> Result<Loaded, MapError> {
+    let mut text = String::new();
+    File::open(file)
+        .and_then(|opened| opened.take(FILE_BYTES_MAX).read_to_string(&mut text))
+        .map_err(|source| MapError::Read { source }.of(file))?;
+    let grid = parse(&text).map_err(|error| error.of(file))?;
+    Ok(Loaded { grid: grid.with_resolution(resolution_m.get()), unknown: 0 })
+}
+
+/// Writes a `.map`.
+fn write_file(grid: &OccupancyGrid, file: &Path) -> Result<Vec<PathBuf>, MapError> {
+    Ok(vec![save(file, write(grid).as_bytes())?])
 }
 
 /// Reads the text of a `.map`; cells have a side of 1 m.
@@ -217,6 +241,7 @@ fn parse_query(number: usize, line: &str) -> Result<Query, MapError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::support::episode;
     use std::io::Write;
 
     const SMALL: &str = "type octile\nheight 2\nwidth 3\nmap\n.GS\n@OT\n";
@@ -260,7 +285,7 @@ mod tests {
     #[test]
     fn an_unreadable_file_is_named() {
         let params = Params { file: "no/such.map".into(), resolution_m: Positive::new(1.0) };
-        let message = params.load(Path::new("scenarios")).expect_err("refused").to_string();
+        let message = params.load(Path::new("scenarios"), episode(0)).expect_err("refused").to_string();
         assert!(message.contains("such.map: cannot read the map: "), "{message}");
     }
 

@@ -24,13 +24,16 @@
 //! ..............#.....
 //! ```
 
-use super::layout::{self, Joined};
-use super::random::MapSeed;
-use super::{MapError, OccupancyGrid};
+use crate::map::layout::{self, Joined};
+use crate::map::{Entry, Generator, MapError, MapSeed, OccupancyGrid};
 use crate::rng::{EpisodeSeed, Purpose};
 use crate::settings::quantity::{Cells, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// What the registry says of it.
+pub const ENTRY: Entry =
+    Entry { summary: "A perfect maze: between any two places there is exactly one way.", files: &[] };
 
 /// Parameters of a maze. Every length is a whole number of cells.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -64,12 +67,16 @@ impl Default for Params {
     }
 }
 
-impl Params {
+impl Generator for Params {
+    fn map_seed(&self) -> MapSeed {
+        self.map_seed
+    }
+
     /// The grid of one episode.
     ///
     /// # Errors
     /// [`MapError::Contradiction`] if a length is not a whole number of cells or the map gets too large.
-    pub fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
+    fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
         let resolution_m = self.resolution_m.get();
         let corridor = layout::cells("maze", "corridor_width_m", self.corridor_width_m.get(), resolution_m)?;
         let wall = layout::cells("maze", "wall_thickness_m", self.wall_thickness_m.get(), resolution_m)?;
@@ -79,7 +86,7 @@ impl Params {
         let advice = "lower `chambers_x`, `chambers_y` or the widths, or raise `resolution_m`";
         let mut grid = layout::grid("maze", sides, resolution_m, advice)?;
 
-        let mut stream = self.map_seed.of(seed).stream(Purpose::Map, 0);
+        let mut stream = seed.stream(Purpose::Map, 0);
         let joined = layout::spanning_tree(across as usize, up as usize, &mut stream);
         layout::occupy(&mut grid, 0..sides.0, 0..sides.1);
         for (room, &Joined { right, above }) in joined.iter().enumerate() {
@@ -96,30 +103,14 @@ impl Params {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::DistanceField;
     use crate::map::connectivity::{Components, passable};
-    use crate::map::{DistanceField, MapSpec};
-
-    fn episode(episode: u64) -> EpisodeSeed {
-        EpisodeSeed { seed: 1, episode }
-    }
-
-    fn generate(yaml: &str) -> Result<OccupancyGrid, MapError> {
-        match serde_yaml::from_str(yaml).expect("parameters") {
-            MapSpec::maze(params) => params.generate(episode(0)),
-            other => panic!("{other:?}"),
-        }
-    }
-
-    #[test]
-    fn the_picture_in_the_documentation_is_the_map() {
-        layout::assert_picture(include_str!("maze.rs"), |yaml| generate(yaml).expect("a map"));
-    }
+    use crate::map::support::{generate, load, refusal};
 
     #[test]
     fn a_maze_is_connected_and_has_no_loop() {
         for number in 0..100 {
-            let grid = Params { corridor_width_m: Positive::new(1.0), ..Params::default() };
-            let grid = grid.generate(episode(number)).expect("a map");
+            let grid = generate(&Params { corridor_width_m: Positive::new(1.0), ..Params::default() }, number);
             let free: Vec<bool> = grid.occupied().iter().map(|&occupied| !occupied).collect();
             assert_eq!(Components::new(&grid, &free).sizes().len(), 1);
             // With corridors and walls of one cell the free cells are a graph of their own, and a tree has one
@@ -139,7 +130,7 @@ mod tests {
 
     #[test]
     fn a_robot_of_nearly_the_corridors_width_reaches_everything() {
-        let grid = generate("maze: {corridor_width_m: 1.5, wall_thickness_m: 0.5, resolution_m: 0.25}").expect("a map");
+        let grid = load("maze: {corridor_width_m: 1.5, wall_thickness_m: 0.5, resolution_m: 0.25}").expect("a map");
         assert_eq!((grid.cols(), grid.rows()), (10 * 8 - 2, 10 * 8 - 2));
         let parts = Components::new(&grid, &passable(&DistanceField::new(&grid), 0.6));
         assert_eq!(parts.sizes().len(), 1);
@@ -148,10 +139,10 @@ mod tests {
     #[test]
     fn episodes_differ_and_a_fixed_maze_stays() {
         let params = Params::default();
-        assert_eq!(params.generate(episode(3)).expect("a map"), params.generate(episode(3)).expect("a map"));
-        assert_ne!(params.generate(episode(3)).expect("a map"), params.generate(episode(4)).expect("a map"));
+        assert_eq!(generate(&params, 3), generate(&params, 3));
+        assert_ne!(generate(&params, 3), generate(&params, 4));
         let fixed = Params { map_seed: MapSeed::Fixed(3), ..params };
-        assert_eq!(fixed.generate(episode(3)).expect("a map"), fixed.generate(episode(4)).expect("a map"));
+        assert_eq!(generate(&fixed, 3), generate(&fixed, 4));
     }
 
     #[test]
@@ -160,8 +151,8 @@ mod tests {
             ("maze: {corridor_width_m: 1.5}", "`corridor_width_m` 1.5, expected a whole number of cells"),
             ("maze: {chambers_x: 16384}", "found 49151 x 29 cells, expected 1 to 16384 along each side"),
         ] {
-            let message = generate(yaml).expect_err("refused").to_string();
-            assert!(message.starts_with("maze map: ") && message.contains(expected), "{message}");
+            let message = refusal(yaml);
+            assert!(message.contains(expected), "{message}");
         }
     }
 }

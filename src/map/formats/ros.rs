@@ -30,20 +30,51 @@
 //! versions and in ROS 1, which also took the opacity into the mean of `trinary`. No pixel of 8
 //! bits meets a usual threshold exactly (0.65 · 255 = 165.75, 0.25 · 255 = 63.75, 0.196 · 255 = 49.98).
 
-use super::{Frame, MapError, OccupancyGrid, SIDE_MAX};
-use crate::geometry::Pose;
-use crate::settings::choice::unknown_name;
-use crate::settings::quantity::{Finite, Fraction, Positive};
-use image::{DynamicImage, ImageBuffer, ImageFormat, ImageReader, Limits, Pixel};
+mod header;
+mod pixels;
+mod writer;
+
+pub use writer::write;
+
+use crate::map::file::{FileFormat, Loaded, Unknown, save};
+use crate::map::{Entry, Frame, MapError, MapKind, OccupancyGrid};
+use crate::rng::EpisodeSeed;
+use crate::settings::quantity::Positive;
+use header::Header;
+use pixels::decode;
 use schemars::JsonSchema;
-use serde::de::{Error, Unexpected, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
-use std::fmt;
+use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::Read;
-use std::marker::PhantomData;
-use std::ops::Deref;
 use std::path::{Path, PathBuf};
+
+/// What the registry says of it.
+pub const ENTRY: Entry = Entry {
+    summary: "A map of ROS map_server: a YAML header beside a grey image.",
+    files: &[
+        FileFormat {
+            extensions: &["yaml", "yml"],
+            name: Some("ROS"),
+            has_frame: true,
+            read: |file, _, unknown| Ok(RosMap::load(file)?.loaded(unknown)),
+            write: write_with_header,
+        },
+        FileFormat {
+            extensions: &["png"],
+            name: None,
+            has_frame: false,
+            read: read_image,
+            write: |grid, file| Ok(vec![save(file, &writer::png(grid))?]),
+        },
+        FileFormat {
+            extensions: &["pgm"],
+            name: None,
+            has_frame: false,
+            read: read_image,
+            write: |grid, file| Ok(vec![save(file, &writer::pgm(grid))?]),
+        },
+    ],
+};
 
 /// Parameters of a ROS map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -56,25 +87,30 @@ pub struct Params {
     pub unknown: Unknown,
 }
 
-/// What unknown cells count as.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Unknown {
-    /// Nothing drives where nobody has looked.
-    #[default]
-    Occupied,
-    /// What nobody has seen is not there.
-    Free,
+impl MapKind for Params {
+    fn load(&self, folder: &Path, _seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
+        Ok(RosMap::load(&folder.join(&self.file))?.grid(self.unknown))
+    }
+
+    fn is_fixed(&self) -> bool {
+        true
+    }
 }
 
-impl Params {
-    /// Reads the map.
-    ///
-    /// # Errors
-    /// [`MapError::File`] if the header or the image cannot be read or do not follow their formats.
-    pub fn load(&self, base_dir: &Path) -> Result<OccupancyGrid, MapError> {
-        Ok(RosMap::load(&base_dir.join(&self.file))?.grid(self.unknown))
-    }
+/// Reads a grey image that has no header.
+fn read_image(file: &Path, resolution_m: Positive, unknown: Unknown) -> Result<Loaded, MapError> {
+    let map = RosMap::from_image(file, resolution_m).map_err(|error| error.of(file))?;
+    Ok(map.loaded(unknown))
+}
+
+/// Writes a header, and its image beside it under the same name with the extension `.pgm`.
+fn write_with_header(grid: &OccupancyGrid, file: &Path) -> Result<Vec<PathBuf>, MapError> {
+    let image = file.with_extension("pgm");
+    let name = image.file_name().unwrap_or_default().to_string_lossy();
+    let (header, pgm) = write(grid, &name);
+    // The image first: a header never names an image that is not there.
+    let image = save(&image, &pgm)?;
+    Ok(vec![save(file, header.as_bytes())?, image])
 }
 
 /// Occupancy of a cell that holds an obstacle; also the largest there is.
@@ -119,16 +155,7 @@ impl RosMap {
     /// # Errors
     /// [`MapError::Image`] if it cannot be read.
     pub fn from_image(file: &Path, resolution_m: Positive) -> Result<Self, MapError> {
-        let header = Header {
-            image: String::new(),
-            resolution: Scalar(resolution_m),
-            origin: [Scalar(Finite::new(0.0)); 3],
-            negate: Switch(false),
-            occupied_thresh: Scalar(Fraction::new(OCCUPIED_THRESH)),
-            free_thresh: Scalar(Fraction::new(FREE_THRESH)),
-            mode: Mode::Trinary,
-        };
-        Ok(header.map(&decode(file)?))
+        Ok(Header::of_image(resolution_m).map(&decode(file)?))
     }
 
     /// Occupancy from 0 to 100 or −1 for unknown, row-major, row 0 at the bottom.
@@ -139,6 +166,11 @@ impl RosMap {
     /// Number of unknown cells.
     pub fn unknown_count(&self) -> usize {
         self.occupancy.iter().filter(|&&occupancy| occupancy == UNKNOWN).count()
+    }
+
+    /// The grid that planners see, and the number of unknown cells.
+    fn loaded(&self, unknown: Unknown) -> Loaded {
+        Loaded { grid: self.grid(unknown), unknown: self.unknown_count() }
     }
 
     /// The grid that planners see.
@@ -157,284 +189,14 @@ impl RosMap {
 /// Most bytes of a header that are looked at; real ones stay below 1 KiB.
 const HEADER_BYTES_MAX: u64 = 1 << 16;
 
-/// The header's keys, all that Nav2 reads and writes.
-const KEYS: [&str; 7] = ["image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode"];
-
-/// The YAML file.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Header {
-    image: String,
-    resolution: Scalar<Positive>,
-    origin: [Scalar<Finite>; 3],
-    negate: Switch,
-    occupied_thresh: Scalar<Fraction>,
-    free_thresh: Scalar<Fraction>,
-    #[serde(default)]
-    mode: Mode,
-}
-
-impl Header {
-    fn parse(text: &str) -> Result<Self, MapError> {
-        let header: Self = serde_yaml::from_str(text).map_err(|error| header_error(&error))?;
-        if header.image.is_empty() {
-            return Err(MapError::Header {
-                line: 1,
-                column: 1,
-                message: "`image` is empty, expected the name of a PGM or PNG file".to_owned(),
-            });
-        }
-        let (free, occupied) = (header.free_thresh.get(), header.occupied_thresh.get());
-        if free >= occupied {
-            return Err(MapError::Contradiction {
-                map: "ros",
-                found: format!("`free_thresh` {free} and `occupied_thresh` {occupied}"),
-                expected: "a free threshold below the occupied one".to_owned(),
-                advice: "0.25 and 0.65 are what Nav2 writes",
-            });
-        }
-        Ok(header)
-    }
-
-    /// The map of an image.
-    fn map(&self, image: &DynamicImage) -> RosMap {
-        let occupancy = match image {
-            DynamicImage::ImageLuma8(pixels) => self.occupancy(pixels, u8::MAX.into()),
-            DynamicImage::ImageLumaA8(pixels) => self.occupancy(pixels, u8::MAX.into()),
-            DynamicImage::ImageRgb8(pixels) => self.occupancy(pixels, u8::MAX.into()),
-            DynamicImage::ImageRgba8(pixels) => self.occupancy(pixels, u8::MAX.into()),
-            DynamicImage::ImageLuma16(pixels) => self.occupancy(pixels, u16::MAX.into()),
-            DynamicImage::ImageLumaA16(pixels) => self.occupancy(pixels, u16::MAX.into()),
-            DynamicImage::ImageRgb16(pixels) => self.occupancy(pixels, u16::MAX.into()),
-            // Four channels of 16 bits hold every other kind.
-            other => self.occupancy(&other.to_rgba16(), u16::MAX.into()),
-        };
-        let [x, y, yaw] = self.origin.map(|number| number.get());
-        RosMap {
-            cols: image.width() as usize,
-            resolution_m: self.resolution.get(),
-            frame: Frame { origin: Pose::new(x, y, yaw) },
-            occupancy,
-        }
-    }
-
-    /// The occupancy of each pixel, the bottom row first; `full` is the largest value of a channel.
-    fn occupancy<P>(&self, image: &ImageBuffer<P, Vec<P::Subpixel>>, full: u32) -> Vec<i8>
-    where
-        P: Pixel<Subpixel: Into<u32>>,
-    {
-        let has_alpha = matches!(P::COLOR_MODEL, "YA" | "LA" | "RGBA");
-        let colours = usize::from(P::CHANNEL_COUNT) - usize::from(has_alpha);
-        let white = f64::from(full) * colours as f64;
-        let mut occupancy = Vec::with_capacity(image.len() / usize::from(P::CHANNEL_COUNT));
-        for row in image.rows().rev() {
-            occupancy.extend(row.map(|pixel| {
-                let channels = pixel.channels();
-                // Whole numbers, so that the one division is the only rounding.
-                let sum: u32 = channels[..colours].iter().map(|&channel| channel.into()).sum();
-                let opaque = channels[colours..].iter().all(|&alpha| alpha.into() == full);
-                self.cell(f64::from(sum), white, opaque)
-            }));
-        }
-        occupancy
-    }
-
-    /// The occupancy of a pixel whose channels add up to `sum`; those of white add up to `white`.
-    fn cell(&self, sum: f64, white: f64, opaque: bool) -> i8 {
-        if self.mode == Mode::Raw {
-            let value = (sum * 255.0 / white).round();
-            return if value <= f64::from(OCCUPIED) { value as i8 } else { UNKNOWN };
-        }
-        let darkness = if self.negate.0 { sum / white } else { (white - sum) / white };
-        let (free, occupied) = (self.free_thresh.get(), self.occupied_thresh.get());
-        if !opaque {
-            UNKNOWN
-        } else if darkness > occupied {
-            OCCUPIED
-        } else if darkness < free {
-            FREE
-        } else if self.mode == Mode::Scale {
-            ((darkness - free) / (occupied - free) * f64::from(OCCUPIED)).round() as i8
-        } else {
-            UNKNOWN
-        }
-    }
-}
-
-/// What the YAML reader says, with its place, and with the nearest key where a key is unknown.
-fn header_error(error: &serde_yaml::Error) -> MapError {
-    let (line, column) = error.location().map_or((1, 1), |place| (place.line(), place.column()));
-    let text = error.to_string();
-    let message = text.split(" at line ").next().unwrap_or_default();
-    let message = match message.split_once("unknown field `").and_then(|(_, rest)| rest.split('`').next()) {
-        Some(key) => unknown_name("key", key, &KEYS),
-        None => message.replace("missing field", "missing key").replace("duplicate field", "twice the key"),
-    };
-    MapError::Header { line, column, message }
-}
-
-/// How a pixel becomes an occupancy.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Mode {
-    #[default]
-    Trinary,
-    Scale,
-    Raw,
-}
-
-impl<'de> Deserialize<'de> for Mode {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        const NAMES: [&str; 3] = ["trinary", "scale", "raw"];
-        let name = String::deserialize(deserializer)?;
-        // As map_server, which does not mind capitals.
-        match NAMES.iter().position(|known| known.eq_ignore_ascii_case(&name)) {
-            Some(0) => Ok(Self::Trinary),
-            Some(1) => Ok(Self::Scale),
-            Some(_) => Ok(Self::Raw),
-            None => Err(D::Error::custom(unknown_name("mode", &name, &NAMES))),
-        }
-    }
-}
-
-/// A number as `yaml-cpp` takes it, bare or quoted.
-#[derive(Clone, Copy, Debug)]
-struct Scalar<T>(T);
-
-impl<T> Deref for Scalar<T> {
-    type Target = T;
-    fn deref(&self) -> &T {
-        &self.0
-    }
-}
-
-impl<'de, T: TryFrom<f64, Error = String>> Deserialize<'de> for Scalar<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Reader<T>(PhantomData<T>);
-        impl<T: TryFrom<f64, Error = String>> Visitor<'_> for Reader<T> {
-            type Value = Scalar<T>;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number")
-            }
-            fn visit_f64<E: Error>(self, value: f64) -> Result<Scalar<T>, E> {
-                T::try_from(value).map(Scalar).map_err(E::custom)
-            }
-            fn visit_u64<E: Error>(self, value: u64) -> Result<Scalar<T>, E> {
-                self.visit_f64(value as f64)
-            }
-            fn visit_i64<E: Error>(self, value: i64) -> Result<Scalar<T>, E> {
-                self.visit_f64(value as f64)
-            }
-            fn visit_str<E: Error>(self, text: &str) -> Result<Scalar<T>, E> {
-                match text.trim().parse() {
-                    Ok(value) => self.visit_f64(value),
-                    Err(_) => Err(E::invalid_value(Unexpected::Str(text), &self)),
-                }
-            }
-        }
-        deserializer.deserialize_any(Reader(PhantomData))
-    }
-}
-
-/// A yes or no as `yaml-cpp` takes it: 0, 1, and the words of YAML 1.1.
-#[derive(Clone, Copy, Debug)]
-struct Switch(bool);
-
-impl<'de> Deserialize<'de> for Switch {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Reader;
-        impl Visitor<'_> for Reader {
-            type Value = Switch;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("0 or 1")
-            }
-            fn visit_bool<E: Error>(self, value: bool) -> Result<Switch, E> {
-                Ok(Switch(value))
-            }
-            fn visit_u64<E: Error>(self, value: u64) -> Result<Switch, E> {
-                match value {
-                    0 | 1 => Ok(Switch(value == 1)),
-                    _ => Err(E::invalid_value(Unexpected::Unsigned(value), &self)),
-                }
-            }
-            fn visit_str<E: Error>(self, text: &str) -> Result<Switch, E> {
-                match text.trim().to_ascii_lowercase().as_str() {
-                    "0" | "false" | "no" | "off" => Ok(Switch(false)),
-                    "1" | "true" | "yes" | "on" => Ok(Switch(true)),
-                    _ => Err(E::invalid_value(Unexpected::Str(text), &self)),
-                }
-            }
-        }
-        deserializer.deserialize_any(Reader)
-    }
-}
-
-/// Decodes a PGM (or another of the PNM family) or PNG image; its first bytes say which it is.
-fn decode(file: &Path) -> Result<DynamicImage, MapError> {
-    let refuse = |found: String, advice| MapError::Image {
-        image: file.into(),
-        found,
-        expected: format!("a PGM or PNG image of at most {SIDE_MAX} x {SIDE_MAX} pixels"),
-        advice,
-    };
-    let open = || ImageReader::open(file)?.with_guessed_format();
-    let mut reader =
-        open().map_err(|error| refuse(error.to_string(), "`image` is relative to the folder of the YAML file"))?;
-    let format = reader.format();
-    if !matches!(format, Some(ImageFormat::Png | ImageFormat::Pnm)) {
-        let found = format.map_or("an unknown format".to_owned(), |format| format!("the format {format:?}"));
-        return Err(refuse(found, "convert it, for example with `magick IN OUT.png`"));
-    }
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(SIDE_MAX as u32);
-    limits.max_image_height = Some(SIDE_MAX as u32);
-    reader.limits(limits);
-    let image = reader.decode().map_err(|error| refuse(error.to_string(), "is the file whole?"))?;
-    if image.width() == 0 || image.height() == 0 {
-        return Err(refuse("an image without pixels".to_owned(), "is the file whole?"));
-    }
-    Ok(image)
-}
-
-/// The threshold that Nav2's map saver writes for occupied cells.
-const OCCUPIED_THRESH: f64 = 0.65;
-/// The threshold that Nav2's map saver writes for free cells.
-const FREE_THRESH: f64 = 0.25;
-/// The grey that Nav2's map saver writes for free cells; occupied ones are 0.
-const FREE_GREY: u8 = 254;
-
-/// Grey values as Nav2's map saver writes them (0 occupied, 254 free), the top row first.
-pub(super) fn greys(grid: &OccupancyGrid) -> Vec<u8> {
-    let rows = grid.occupied().chunks_exact(grid.cols() as usize).rev();
-    rows.flatten().map(|&occupied| if occupied { 0 } else { FREE_GREY }).collect()
-}
-
-/// The YAML header of a map and its image, a binary PGM; the header calls the image `image`.
-pub fn write(grid: &OccupancyGrid, image: &str) -> (String, Vec<u8>) {
-    let origin = grid.frame().origin;
-    // As YAML writes a text: quoted where it must be.
-    let image = serde_yaml::to_string(image).expect("a text is YAML");
-    let header = format!(
-        "image: {}\nmode: trinary\nresolution: {:?}\norigin: [{:?}, {:?}, {:?}]\nnegate: 0\n\
-         occupied_thresh: {OCCUPIED_THRESH:?}\nfree_thresh: {FREE_THRESH:?}\n",
-        image.trim_end(),
-        grid.resolution_m(),
-        origin.position.x,
-        origin.position.y,
-        origin.theta,
-    );
-    let mut pgm = format!("P5\n{} {}\n255\n", grid.cols(), grid.rows()).into_bytes();
-    pgm.extend(greys(grid));
-    (header, pgm)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Vec2;
+    use crate::geometry::{Pose, Vec2};
     use crate::map::Cell;
     use crate::map::connectivity::Components;
     use crate::math::FRAC_PI_2;
-    use image::{GrayImage, Luma, LumaA, Rgb, Rgba};
+    use image::{DynamicImage, GrayImage, ImageBuffer, ImageFormat, Luma, LumaA, Rgb, Rgba};
     use std::io::Write;
 
     const HEADER: &str = "image: map.pgm\nresolution: 0.5\norigin: [1, 2, 0]\nnegate: 0\n\

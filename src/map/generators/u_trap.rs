@@ -29,12 +29,18 @@
 //! ........##..........
 //! ```
 
-use super::random::{self, MapSeed, Shape};
-use super::{Cell, MapError, OccupancyGrid};
+use super::random::{self, Shape};
+use crate::map::{Cell, Entry, Generator, MapError, MapSeed, OccupancyGrid};
 use crate::rng::EpisodeSeed;
 use crate::settings::quantity::{Cells, CountOrZero, Fraction, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// What the registry says of it.
+pub const ENTRY: Entry = Entry {
+    summary: "Random obstacles and a U-shaped trap that opens towards the side of the lower left corner.",
+    files: &[],
+};
 
 /// Parameters of a map with a trap.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -75,13 +81,17 @@ impl Default for Params {
     }
 }
 
-impl Params {
+impl Generator for Params {
+    fn map_seed(&self) -> MapSeed {
+        self.map_seed
+    }
+
     /// The grid of one episode.
     ///
     /// # Errors
     /// [`MapError::Contradiction`] if the trap does not fit or there are more obstacles than cells for
     /// them, and [`MapError::Infeasible`] if no draw connects the corners within the bound on tries.
-    pub fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
+    fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
         let (cols, rows) = (self.cols.get() as i32, self.rows.get() as i32);
         let side = self.trap_side_cells.get() as i32;
         let low = |cells: i32| (self.trap_at.get() * f64::from(cells)).round() as i32 - side / 2;
@@ -117,28 +127,13 @@ impl Params {
 mod tests {
     use super::*;
     use crate::map::connectivity::Components;
+    use crate::map::support::{generate, refusal};
     use crate::map::{MapSpec, layout};
-
-    fn episode(episode: u64) -> EpisodeSeed {
-        EpisodeSeed { seed: 1, episode }
-    }
-
-    fn generate(yaml: &str) -> Result<OccupancyGrid, MapError> {
-        match serde_yaml::from_str(yaml).expect("parameters") {
-            MapSpec::u_trap(params) => params.generate(episode(0)),
-            other => panic!("{other:?}"),
-        }
-    }
-
-    #[test]
-    fn the_picture_in_the_documentation_is_the_map() {
-        layout::assert_picture(include_str!("u_trap.rs"), |yaml| generate(yaml).expect("a map"));
-    }
 
     #[test]
     fn the_trap_stands_whole_and_empty_in_every_map() {
         for number in 0..100 {
-            let grid = Params::default().generate(episode(number)).expect("a map");
+            let grid = generate(&Params::default(), number);
             // 15 % of 1600; the centre at (14, 14), so the inside is 11..17 both ways.
             assert_eq!(grid.occupied_count(), 240);
             for at in 10..18 {
@@ -160,8 +155,8 @@ mod tests {
             ("u_trap: {obstacles: 1600}", "found 1600 obstacles on 40 x 40 cells, expected at most 1522"),
             ("u_trap: {obstacles: 1400}", "none of 100 draws connects"),
         ] {
-            let message = generate(yaml).expect_err("refused").to_string();
-            assert!(message.starts_with("u_trap map: ") && message.contains(expected), "{message}");
+            let message = refusal(yaml);
+            assert!(message.contains(expected), "{message}");
         }
     }
 }

@@ -9,14 +9,24 @@
 //!       ......
 //! ```
 
-use super::{Frame, MapError, OccupancyGrid, SIDE_MAX};
 use crate::geometry::Pose;
+use crate::map::file::{FileFormat, Loaded, Unknown, save};
+use crate::map::kind::one_metre;
+use crate::map::{Entry, Frame, MapError, MapKind, OccupancyGrid, SIDE_MAX};
+use crate::rng::EpisodeSeed;
 use crate::settings::quantity::{Finite, Positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::borrow::Cow;
 use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// What the registry says of it.
+pub const ENTRY: Entry = Entry {
+    summary: "A map drawn in the scenario itself, one character a cell.",
+    files: &[FileFormat { extensions: &["txt"], name: None, has_frame: false, read: read_file, write: write_file }],
+};
 
 /// Parameters of a drawn map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -25,7 +35,7 @@ pub struct Params {
     /// The drawing: a list of rows or one block of lines, all of one length, the first on top.
     pub rows: Drawing,
     /// Side of a cell, m. Default 1.
-    #[serde(default = "super::spec::one_metre")]
+    #[serde(default = "one_metre")]
     pub resolution_m: Positive,
     /// World pose [x, y, theta] of the lower left corner, m and rad. Default [0, 0, 0].
     #[serde(default = "identity")]
@@ -81,6 +91,12 @@ impl Drawing {
     pub fn rows(&self) -> &[String] {
         &self.0
     }
+
+    /// The grid; its lower left corner is the origin of the world.
+    pub fn grid(&self, resolution_m: Positive) -> OccupancyGrid {
+        let lines: Vec<&str> = self.0.iter().map(String::as_str).collect();
+        OccupancyGrid::from_ascii(&lines, resolution_m.get())
+    }
 }
 
 impl<'de> Deserialize<'de> for Drawing {
@@ -122,26 +138,38 @@ impl JsonSchema for Drawing {
     }
 }
 
-impl Params {
-    /// The grid.
-    pub fn grid(&self) -> OccupancyGrid {
-        let lines: Vec<&str> = self.rows.rows().iter().map(String::as_str).collect();
+impl MapKind for Params {
+    fn load(&self, _folder: &Path, _seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
         let [x, y, theta] = self.origin.map(Finite::get);
-        OccupancyGrid::from_ascii(&lines, self.resolution_m.get()).with_frame(Frame { origin: Pose::new(x, y, theta) })
+        Ok(self.rows.grid(self.resolution_m).with_frame(Frame { origin: Pose::new(x, y, theta) }))
     }
+
+    fn is_fixed(&self) -> bool {
+        true
+    }
+}
+
+/// Reads a file that holds a drawing and nothing else.
+fn read_file(file: &Path, resolution_m: Positive, _: Unknown) -> Result<Loaded, MapError> {
+    let text = std::fs::read_to_string(file).map_err(|source| MapError::Read { source }.of(file))?;
+    let rows = Drawing::new(text.lines().map(str::to_owned).collect()).map_err(|error| error.of(file))?;
+    Ok(Loaded { grid: rows.grid(resolution_m), unknown: 0 })
+}
+
+/// Writes the drawing of a grid.
+fn write_file(grid: &OccupancyGrid, file: &Path) -> Result<Vec<PathBuf>, MapError> {
+    Ok(vec![save(file, grid.to_string().as_bytes())?])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::support::episode;
     use crate::map::{Cell, MapSpec};
 
     fn read(yaml: &str) -> Result<OccupancyGrid, String> {
-        match serde_yaml::from_str(yaml) {
-            Ok(MapSpec::ascii(params)) => Ok(params.grid()),
-            Ok(other) => panic!("{other:?}"),
-            Err(error) => Err(error.to_string()),
-        }
+        let spec: MapSpec = serde_yaml::from_str(yaml).map_err(|error| error.to_string())?;
+        Ok(spec.load(Path::new(""), episode(0)).expect("a map"))
     }
 
     #[test]

@@ -41,13 +41,18 @@
 //! .........................
 //! ```
 
-use super::layout;
-use super::random::MapSeed;
-use super::{MapError, OccupancyGrid};
+use crate::map::layout;
+use crate::map::{Entry, Generator, MapError, MapSeed, OccupancyGrid};
 use crate::rng::{EpisodeSeed, Purpose, Stream};
 use crate::settings::quantity::{Fraction, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// What the registry says of it.
+pub const ENTRY: Entry = Entry {
+    summary: "A container port: rows of container blocks with lanes between them, some blocks missing.",
+    files: &[],
+};
 
 /// Parameters of a port.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -95,13 +100,17 @@ struct Block {
     y: (i64, i64),
 }
 
-impl Params {
+impl Generator for Params {
+    fn map_seed(&self) -> MapSeed {
+        self.map_seed
+    }
+
     /// The grid of one episode.
     ///
     /// # Errors
     /// [`MapError::Contradiction`] if an extent is not a whole number of cells, has no room for a block
     /// between two lanes, or the cells are wider than the lanes.
-    pub fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
+    fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
         let (unit_m, resolution_m) = (self.unit_m.get(), self.resolution_m.get());
         let cols = layout::cells("port", "width_m", self.width_m.get(), resolution_m)?;
         let rows = layout::cells("port", "height_m", self.height_m.get(), resolution_m)?;
@@ -139,7 +148,7 @@ impl Params {
         let width = units("width_m", self.width_m.get(), LENGTH.0 + 2 * LANE.0)?;
         let height = units("height_m", self.height_m.get(), DEPTH.0 + 2 * LANE.0)?;
 
-        let mut stream = self.map_seed.of(seed).stream(Purpose::Map, 0);
+        let mut stream = seed.stream(Purpose::Map, 0);
         // Centres from the near edge on, below the far one. The 1e-6 of a cell takes rounding off an edge.
         let first = |edge: i64| (edge as f64 * unit_m / resolution_m - 0.5 - 1e-6).ceil() as i64;
         for Block { x, y } in self.blocks(width, height, &mut stream) {
@@ -147,7 +156,9 @@ impl Params {
         }
         Ok(grid)
     }
+}
 
+impl Params {
     /// The layout, row by row from below, each from the left. Every block, missing or not, takes three
     /// draws: whether it stands, its length, the lane behind it.
     fn blocks(&self, width: i64, height: i64, stream: &mut Stream) -> Vec<Block> {
@@ -173,40 +184,25 @@ impl Params {
 }
 
 /// Most units along a side.
-const UNITS_MAX: f64 = super::SIDE_MAX as f64;
+const UNITS_MAX: f64 = crate::map::SIDE_MAX as f64;
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::map::connectivity::{Components, passable};
-    use crate::map::{Cell, DistanceField, MapSpec};
-
-    fn episode(episode: u64) -> EpisodeSeed {
-        EpisodeSeed { seed: 1, episode }
-    }
-
-    fn generate(yaml: &str) -> Result<OccupancyGrid, MapError> {
-        match serde_yaml::from_str(yaml).expect("parameters") {
-            MapSpec::port(params) => params.generate(episode(0)),
-            other => panic!("{other:?}"),
-        }
-    }
+    use crate::map::support::{episode, generate, refusal};
+    use crate::map::{Cell, DistanceField};
 
     fn at(resolution: f64) -> Params {
         Params { resolution_m: Positive::new(resolution), ..Params::default() }
     }
 
     #[test]
-    fn the_picture_in_the_documentation_is_the_map() {
-        layout::assert_picture(include_str!("port.rs"), |yaml| generate(yaml).expect("a map"));
-    }
-
-    #[test]
     fn all_resolutions_show_the_same_port() {
         for number in 0..50 {
-            let coarse = at(1.0).generate(episode(number)).expect("a map");
+            let coarse = generate(&at(1.0), number);
             for (resolution, parts) in [(0.5, 2), (0.25, 4), (0.1, 10)] {
-                let fine = at(resolution).generate(episode(number)).expect("a map");
+                let fine = generate(&at(resolution), number);
                 assert_eq!((fine.cols(), fine.rows()), (25 * parts, 25 * parts));
                 for index in 0..fine.occupied().len() {
                     let cell = fine.cell(index);
@@ -221,7 +217,7 @@ mod tests {
     fn every_lane_leads_to_every_other_one() {
         for number in 0..100 {
             for resolution in [0.25, 0.5, 1.0] {
-                let grid = at(resolution).generate(episode(number)).expect("a map");
+                let grid = generate(&at(resolution), number);
                 let parts = Components::new(&grid, &passable(&DistanceField::new(&grid), 0.4));
                 assert_eq!(parts.sizes().len(), 1);
                 let corners = [(0, 0), (grid.cols() - 1, grid.rows() - 1)];
@@ -230,7 +226,7 @@ mod tests {
             }
             // Cells as wide as the narrowest lane still show every lane.
             let coarse = Params { width_m: Positive::new(50.0), height_m: Positive::new(50.0), ..at(2.0) };
-            let grid = coarse.generate(episode(number)).expect("a map");
+            let grid = generate(&coarse, number);
             let free: Vec<bool> = grid.occupied().iter().map(|&occupied| !occupied).collect();
             assert_eq!(Components::new(&grid, &free).sizes().len(), 1, "{grid}");
         }
@@ -264,8 +260,8 @@ mod tests {
             ("port: {unit_m: 1e-9}", "cells of 1 m, expected at most the narrowest lane"),
             ("port: {resolution_m: 0.001}", "`width_m` of 25000 cells"),
         ] {
-            let message = generate(yaml).expect_err("refused").to_string();
-            assert!(message.starts_with("port map: ") && message.contains(expected), "{message}");
+            let message = refusal(yaml);
+            assert!(message.contains(expected), "{message}");
         }
     }
 }

@@ -1,0 +1,58 @@
+//! What every kind of map does, and what its registry says of it.
+
+use super::file::FileFormat;
+use super::{MapError, MapSeed, OccupancyGrid};
+use crate::rng::EpisodeSeed;
+use crate::settings::quantity::Positive;
+use std::path::Path;
+
+/// A kind of map, with its parameters.
+pub trait MapKind {
+    /// The grid of one episode; files are looked up relative to `folder`, the folder of the scenario.
+    ///
+    /// # Errors
+    /// [`MapError::File`] for a file that cannot be read or does not follow its format,
+    /// [`MapError::Contradiction`] for sizes that do not fit together, and
+    /// [`MapError::Infeasible`] if no acceptable map was drawn: only this one depends on the seed.
+    fn load(&self, folder: &Path, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError>;
+
+    /// Whether every episode gets the same grid.
+    fn is_fixed(&self) -> bool;
+}
+
+/// A kind of map that is drawn from a seed.
+pub trait Generator {
+    /// Which map of the family an episode gets (scenario key `map_seed` of the kind).
+    fn map_seed(&self) -> MapSeed;
+
+    /// The map of a seed; every draw comes from its stream `map`.
+    ///
+    /// # Errors
+    /// [`MapError::Contradiction`] for sizes that do not fit together, and
+    /// [`MapError::Infeasible`] if no acceptable map was drawn.
+    fn generate(&self, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError>;
+}
+
+impl<G: Generator> MapKind for G {
+    fn load(&self, _folder: &Path, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
+        self.generate(self.map_seed().of(seed))
+    }
+
+    fn is_fixed(&self) -> bool {
+        self.map_seed() != MapSeed::PerEpisode
+    }
+}
+
+/// What the registry says of a kind of map.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// One line: what it is.
+    pub summary: &'static str,
+    /// The formats of map files that it brings; none for a map that is not in a file of its own.
+    pub files: &'static [FileFormat],
+}
+
+/// The resolution of maps that name none, m: the seed papers count in cells of 1 m (systems.md §1.1).
+pub(super) fn one_metre() -> Positive {
+    Positive::new(1.0)
+}
