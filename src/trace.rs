@@ -113,7 +113,7 @@ pub fn time_s(tick: u32, dt_s: f64) -> f64 {
 /// # Panics
 /// If the trace holds a number that is not finite.
 pub fn digest(trace: &Trace) -> u64 {
-    let mut digest = Digest::default();
+    let mut digest = Mixer::default();
     digest.count(trace.ticks.len());
     for tick in &trace.ticks {
         digest.tick(tick);
@@ -143,9 +143,9 @@ pub fn digest(trace: &Trace) -> u64 {
 /// splittable pseudorandom number generators, OOPSLA 2014), a bijection in which every bit moves every other.
 /// Its order matters, and whatever has no fixed size is preceded by its count.
 #[derive(Default)]
-struct Digest(u64);
+struct Mixer(u64);
 
-impl Digest {
+impl Mixer {
     fn word(&mut self, word: u64) {
         let mut z = (self.0 ^ word).wrapping_add(0x9e37_79b9_7f4a_7c15);
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

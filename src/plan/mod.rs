@@ -17,4 +17,13 @@ pub struct Entry {
     pub summary: &'static str,
     /// Where it comes from: authors, title, venue, year.
     pub source: &'static str,
+    /// Whether its paths are the shortest ones of the grid's graph at its default parameters.
+    pub exact: bool,
+    /// Whether its paths leave the grid's edges: consecutive vertices need not be neighbours.
+    pub any_angle: bool,
+}
+
+impl Entry {
+    /// A planner that promises nothing beyond its contract.
+    pub const PLAIN: Self = Self { summary: "", source: "", exact: false, any_angle: false };
 }

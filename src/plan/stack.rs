@@ -242,7 +242,7 @@ pub struct StackSpec {
 }
 
 impl StackSpec {
-    /// The name in results of the global part: the planner's, or `none`.
+    /// The name of the global part in the name of the stack: the planner's, or `none` (whose column `global` is empty).
     pub fn global_name(&self) -> &'static str {
         self.global.as_ref().map_or("none", GlobalChoice::name)
     }

@@ -2,6 +2,7 @@
 
 use super::obstacle::{Body, Hit, Outline, UnknownStatic};
 use super::room::Rooms;
+pub(super) use crate::digest::Fnv1a as Digest;
 use crate::geometry::outline::sweep_disc_rect;
 use crate::geometry::{Rect, Vec2, convex};
 use crate::map::{Cell, DistanceField, OccupancyGrid};
@@ -268,41 +269,6 @@ fn digest_of(grid: &OccupancyGrid) -> u64 {
         digest.word(cells.iter().enumerate().fold(0, |word, (bit, &occupied)| word | u64::from(occupied) << bit));
     }
     digest.value()
-}
-
-/// FNV-1a, 64 bit, over the little-endian bytes of 64-bit words.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Digest(u64);
-
-impl Default for Digest {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl Digest {
-    pub(super) fn word(&mut self, word: u64) {
-        for byte in word.to_le_bytes() {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    }
-
-    pub(super) fn words<const N: usize>(&mut self, words: [u64; N]) {
-        words.into_iter().for_each(|word| self.word(word));
-    }
-
-    pub(super) fn real(&mut self, number: f64) {
-        self.word(math::canonical(number).to_bits());
-    }
-
-    pub(super) fn point(&mut self, p: Vec2) {
-        self.real(p.x);
-        self.real(p.y);
-    }
-
-    pub(super) fn value(self) -> u64 {
-        self.0
-    }
 }
 
 /// Everything that stands still in one scene.

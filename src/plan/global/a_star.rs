@@ -38,6 +38,8 @@ pub const ENTRY: Entry = Entry {
     summary: "Best-first search by cost plus estimate: shortest grid paths with far fewer expansions than dijkstra.",
     source: "P. E. Hart, N. J. Nilsson, B. Raphael, A formal basis for the heuristic determination of minimum cost \
              paths, IEEE Transactions on Systems Science and Cybernetics 4(2), 1968",
+    exact: true,
+    any_angle: false,
 };
 
 /// The planner.

@@ -25,6 +25,8 @@ pub struct Params {
 pub const ENTRY: Entry = Entry {
     summary: "Breadth-first search: the fewest steps, whatever their length.",
     source: "E. F. Moore, The shortest path through a maze, International Symposium on the Theory of Switching, 1959",
+    exact: false,
+    any_angle: false,
 };
 
 /// A node that has been met.

@@ -24,6 +24,8 @@ pub struct Params {
 pub const ENTRY: Entry = Entry {
     summary: "Depth-first search: the first way found, usually very long; shows what ignoring cost does.",
     source: "R. Tarjan, Depth-first search and linear graph algorithms, SIAM Journal on Computing 1(2), 1972",
+    exact: false,
+    any_angle: false,
 };
 
 /// The planner.

@@ -29,6 +29,8 @@ pub struct Params {
 pub const ENTRY: Entry = Entry {
     summary: "Uniform-cost search: shortest grid paths with no estimate of what is left; the reference for the others.",
     source: "E. W. Dijkstra, A note on two problems in connexion with graphs, Numerische Mathematik 1, 1959",
+    exact: true,
+    any_angle: false,
 };
 
 /// The planner.

@@ -97,6 +97,8 @@ impl Default for Params {
 pub const ENTRY: Entry = Entry {
     summary: "Greedy A* with an exponential weight and a reward for steps towards the goal: few expansions, paths not shortest.",
     source: "Gao, Zhang, Liu, Ou, Cheng, Zhu, ImpA*-ImpDWA, AIMS Press, 2025, eq. 2 to 10",
+    exact: false,
+    any_angle: false,
 };
 
 /// The planner.

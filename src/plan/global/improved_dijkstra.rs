@@ -40,6 +40,8 @@ pub const ENTRY: Entry = Entry {
     summary: "Dijkstra without symmetric detours, a stand-in for the improved Dijkstra that gao2025 lists as IDA*: shortest grid paths.",
     source: "stand-in for Li, Liu, Yao, 2019 (reference 15 of gao2025), with the neighbours of D. Harabor, A. Grastien, \
              Online graph pruning for pathfinding on grid maps, AAAI 2011",
+    exact: true,
+    any_angle: false,
 };
 
 /// The planner.

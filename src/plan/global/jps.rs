@@ -58,6 +58,8 @@ pub const ENTRY: Entry = Entry {
     summary: "Jump point search: paths as short as those of a_star in a fraction of the time; no corners are cut.",
     source: "D. Harabor, A. Grastien, Online Graph Pruning for Pathfinding on Grid Maps, AAAI 2011; \
              Improving Jump Point Search, ICAPS 2014",
+    exact: true,
+    any_angle: false,
 };
 
 /// The planner.

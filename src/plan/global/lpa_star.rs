@@ -58,6 +58,8 @@ pub struct Params {
 pub const ENTRY: Entry = Entry {
     summary: "Lifelong Planning A*: shortest grid paths, repaired instead of searched again when the map has changed.",
     source: "S. Koenig, M. Likhachev, D. Furcy, Lifelong Planning A*, Artificial Intelligence 155, 2004",
+    exact: true,
+    any_angle: false,
 };
 
 /// The distance of a node that no way is known to; above that of any path.

@@ -29,6 +29,11 @@ macro_rules! registry {
 
             /// What the registry says of each planner, in the order of [`Self::NAMES`].
             pub const ENTRIES: &'static [Entry] = &[$($module::ENTRY),+];
+
+            /// What the registry says of this one.
+            pub fn entry(&self) -> &'static Entry {
+                match self { $(Self::$module(_) => &$module::ENTRY),+ }
+            }
         }
     };
 }

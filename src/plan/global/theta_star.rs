@@ -36,6 +36,8 @@ pub const ENTRY: Entry = Entry {
     summary: "A* with parents in sight instead of neighbours: any-angle paths, near the shortest and with few bends.",
     source: "A. Nash, K. Daniel, S. Koenig, A. Felner, Theta*: Any-Angle Path Planning on Grids, AAAI 2007; \
              Journal of Artificial Intelligence Research 39, 2010",
+    exact: false,
+    any_angle: true,
 };
 
 /// The planner.

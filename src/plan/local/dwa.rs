@@ -178,6 +178,7 @@ window_params! {
 pub const ENTRY: Entry = Entry {
     summary: "Dynamic window: the best of the twists within reach by heading, clearance and speed; for open space or under a global path.",
     source: "D. Fox, W. Burgard, S. Thrun, The dynamic window approach to collision avoidance, IEEE Robotics & Automation Magazine 4(1), 1997",
+    ..Entry::PLAIN
 };
 
 /// The planner.

@@ -98,6 +98,7 @@ impl Params {
 pub const ENTRY: Entry = Entry {
     summary: "Dynamic window that predicts movers, prizes speed more in open space and is pulled towards its target.",
     source: "Gao, Zhang, Liu, Ou, Cheng, Zhu, ImpA*-ImpDWA, AIMS Press, 2025, eq. 26 and 27",
+    ..Entry::PLAIN
 };
 
 /// The planner.

@@ -49,6 +49,7 @@ impl Default for Params {
 pub const ENTRY: Entry = Entry {
     summary: "Pure pursuit: tracks the path and avoids nothing; to judge a global planner by its path alone.",
     source: "R. C. Coulter, Implementation of the pure pursuit path tracking algorithm, CMU-RI-TR-92-01, 1992",
+    ..Entry::PLAIN
 };
 
 /// A robot at rest turns on the spot until the look-ahead point is within this bearing, rad.

@@ -56,6 +56,7 @@ impl Default for Params {
 pub const ENTRY: Entry = Entry {
     summary: "Rounds obtuse corners with arcs tangent to both legs where they keep a clearance: never longer.",
     source: "circular arc smoothing of Gao, Zhang, Liu, Ou, Cheng, Zhu, ImpA*-ImpDWA, AIMS Press, 2025, eq. 11 to 18",
+    ..Entry::PLAIN
 };
 
 /// The stage. It has no state.

@@ -51,6 +51,7 @@ impl Default for Params {
 pub const ENTRY: Entry = Entry {
     summary: "Drops nodes where a straight line is shorter and keeps a clearance, until nothing changes: never longer.",
     source: "redundant node elimination of Gao, Zhang, Liu, Ou, Cheng, Zhu, ImpA*-ImpDWA, AIMS Press, 2025",
+    ..Entry::PLAIN
 };
 
 /// The stage.

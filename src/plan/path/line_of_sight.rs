@@ -36,6 +36,7 @@ impl Default for Params {
 pub const ENTRY: Entry = Entry {
     summary: "Goes straight to the farthest vertex in sight, again and again: fewer bends, never longer.",
     source: "corner removal of H. Qin et al., SSA*-PDWA, Computers, Materials & Continua 87(1), 2026",
+    ..Entry::PLAIN
 };
 
 /// The stage.
