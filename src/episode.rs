@@ -1,5 +1,7 @@
 //! One episode: the tick loop. The only place where planners and the world meet.
 
+mod outcome;
+
 use crate::clock::Stopwatch;
 use crate::geometry::{Pose, Vec2};
 use crate::observation::{Belief, SensedObstacle};
@@ -8,72 +10,13 @@ use crate::plan::stack::Stack;
 use crate::robot::Robot;
 use crate::settings::quantity::{NonNegative, Positive};
 use crate::trace::{Detail, MoverState, PlannedPath, Tick, Trace};
-use crate::world::{Conditions, ObstacleKind, Scene, World};
+use crate::world::{Conditions, Scene, World};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 pub use crate::world::DT_S;
-
-/// How an episode ended. Failure to reach the goal is a result, never an error.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
-    /// Within the goal tolerance, without contact, before the time-out.
-    Success,
-    /// First contact.
-    Collision {
-        /// With what.
-        with: ObstacleKind,
-        /// Whether the robot stood still when it was hit.
-        at_rest: bool,
-    },
-    /// The time-out came first.
-    Timeout,
-    /// Too little progress for too long.
-    Stuck,
-    /// The global planner found no path at the start.
-    NoPath {
-        /// What the planner said.
-        message: String,
-    },
-    /// A planner's own fault: it said so, panicked, or gave an answer that cannot be.
-    PlannerError {
-        /// Which planner, and what it said.
-        message: String,
-    },
-    /// No feasible world was found within the bound of the generator; left out of rates.
-    InfeasibleWorld {
-        /// What could not be placed.
-        message: String,
-    },
-}
-
-impl Outcome {
-    /// All names, in the order in which summaries count them.
-    pub const NAMES: [&'static str; 7] =
-        ["success", "collision", "timeout", "stuck", "no_path", "planner_error", "infeasible_world"];
-
-    /// The name in results.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Success => "success",
-            Self::Collision { .. } => "collision",
-            Self::Timeout => "timeout",
-            Self::Stuck => "stuck",
-            Self::NoPath { .. } => "no_path",
-            Self::PlannerError { .. } => "planner_error",
-            Self::InfeasibleWorld { .. } => "infeasible_world",
-        }
-    }
-
-    /// What went wrong, in words; empty where the name says it all.
-    pub fn message(&self) -> &str {
-        match self {
-            Self::NoPath { message } | Self::PlannerError { message } | Self::InfeasibleWorld { message } => message,
-            _ => "",
-        }
-    }
-}
+pub use outcome::{Outcome, Parts};
 
 /// When an episode ends (scenario key `termination`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -130,7 +130,6 @@ fn steps(path: &[Cell]) -> (usize, usize) {
 
 #[test]
 fn every_global_planner_finds_a_way_where_there_is_one_and_none_is_shorter_than_can_be() {
-    const EXACT: [&str; 5] = ["dijkstra", "a_star", "jps", "improved_dijkstra", "lpa_star"];
     let mut stream = EpisodeSeed { seed: 1, episode: 0 }.stream(Purpose::Map, 0);
     let mut planners: Vec<_> = planners().collect();
     let mut found = 0;
@@ -162,7 +161,7 @@ fn every_global_planner_finds_a_way_where_there_is_one_and_none_is_shorter_than_
             assert!(path.windows(2).all(|pair| grid.line_of_sight_cells(pair[0], pair[1])), "{name}: {path:?}");
             let length_m: f64 = path.windows(2).map(|pair| (grid.centre(pair[0]) - grid.centre(pair[1])).norm()).sum();
             assert!(length_m >= optimum_m.expect("a way exists") - 1e-9, "{name}: {length_m}, {optimum_m:?}");
-            if EXACT.contains(name) {
+            if GlobalChoice::by_name(name).expect("defaults").entry().exact {
                 assert_eq!(steps(&path), steps(shortest), "{name}: as long as dijkstra's, to the step");
             }
         }

@@ -6,10 +6,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The order of the house, ground first; a folder's own modules may name each other.
-const ORDER: [&str; 21] = [
+const ORDER: [&str; 22] = [
     "math",
     "settings",
     "geometry",
+    "digest",
     "rng",
     "clock",
     "map",

@@ -5,8 +5,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
-use simrun::experiment::Experiment;
-use simrun::results::{EPISODES_CSV, Existing, Folder, SUMMARY_CSV, compare};
+use simrun::experiment::{Experiment, Session};
+use simrun::results::{EPISODES_CSV, Existing, SUMMARY_CSV, compare};
 use simrun::scenario::{Edit, ScenarioFile};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,15 +25,14 @@ fn experiment(name: &str, episodes: u32) -> Experiment {
 
 /// Runs the experiment to its end, but stops after `stop_after` blocks where given.
 fn run(experiment: &Experiment, path: &Path, threads: usize, stop_after: Option<u64>) {
-    let identity = experiment.identity().unwrap();
-    let folder = Folder::open(path, identity, experiment.order().unwrap(), Existing::Continue).unwrap();
+    let session = Session::open(experiment, path, Existing::Continue).unwrap();
     let stop = || {
-        if stop_after.is_some_and(|blocks| folder.blocks_done() >= blocks) {
-            folder.stop();
+        if stop_after.is_some_and(|blocks| session.blocks_done() >= blocks) {
+            session.stop();
         }
     };
-    experiment.run(&folder, threads, None, stop).unwrap();
-    folder.finish().unwrap();
+    session.run(threads, None, stop).unwrap();
+    session.finish().unwrap();
 }
 
 fn assert_same(left: &Path, right: &Path, hint: &str) {

@@ -34,18 +34,17 @@ enum Shape {
 }
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
-    let read =
-        |file: &PathBuf| comparison::read_sections(file).map_err(|message| Failure::Usage(format!("error: {message}")));
+    let read = |file: &PathBuf| comparison::read_sections(file).map_err(Failure::usage);
     let sections = args.files.iter().map(read).collect::<Result<Vec<Vec<Section>>, Failure>>()?.concat();
     if let Some(old) = &args.baseline {
         if args.files.len() > 1 {
-            return Err(Failure::Usage("error: --baseline compares one run with one older run".to_owned()));
+            return Err(Failure::usage("--baseline compares one run with one older run"));
         }
         return baseline(&read(old)?, &sections);
     }
     let plan = Plan { reference: args.reference.clone(), all_pairs: args.all_pairs, unpaired: args.unpaired };
     let reports = sections.iter().map(|section| comparison::analyse(section, &plan));
-    let reports = reports.collect::<Result<Vec<_>, String>>().map_err(|m| Failure::Usage(format!("error: {m}")))?;
+    let reports = reports.collect::<Result<Vec<_>, _>>().map_err(Failure::usage)?;
     let format = match args.format {
         Shape::Text => Format::Text,
         Shape::Markdown => Format::Markdown,
@@ -58,8 +57,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
 const MOVED_SHOWN: usize = 20;
 
 fn baseline(old: &[Section], new: &[Section]) -> Result<(), Failure> {
-    let found = comparison::compare_baseline(old, new);
-    let found = found.map_err(|message| Failure::Usage(format!("error: {message}")))?;
+    let found = comparison::compare_baseline(old, new).map_err(Failure::usage)?;
     let mut text = format!(
         "{} rows in both, {} moved, {} missing, {} new\n",
         found.rows,

@@ -34,7 +34,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
                 print(&format!("{}: valid, {stacks} stacks, {episodes} episodes each\n", file.display()))?;
             }
             (false, None) => {
-                let order = experiment.order().map_err(|error| Failure::Usage(format!("error: {error}")))?;
+                let order = experiment.order().map_err(Failure::usage)?;
                 let points = order.points().len();
                 print(&format!("{}: valid, {points} points, {episodes} episodes each\n", file.display()))?;
                 for (number, point) in order.points().iter().enumerate() {

@@ -71,6 +71,10 @@ impl Failure {
     fn run(error: impl std::fmt::Display) -> Self {
         Self::Run(error.to_string())
     }
+
+    fn usage(error: impl std::fmt::Display) -> Self {
+        Self::Usage(format!("error: {error}"))
+    }
 }
 
 /// Runs the command line of this process.

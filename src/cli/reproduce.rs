@@ -1,11 +1,12 @@
 //! `simrun reproduce`: a paper's tables, run and judged.
 
-use super::run::{QuietPanics, progress_bar};
+use super::run::{complete, existing, refused};
+use super::scenarios::prepare;
 use super::{Failure, colour, print, say};
 use crate::comparison;
-use crate::experiment::Experiment;
-use crate::paper::{self, Evidence, Paper, Ruling};
-use crate::results::{EPISODES_CSV, Existing, Folder};
+use crate::experiment::{Experiment, Session};
+use crate::paper::{self, Evidence, Paper};
+use crate::results::EPISODES_CSV;
 use crate::scenario::ScenarioError;
 use std::path::{Path, PathBuf};
 
@@ -35,8 +36,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
-    let paper =
-        Paper::read(&args.papers, &args.paper).map_err(|message| Failure::Usage(format!("error: {message}")))?;
+    let paper = Paper::read(&args.papers, &args.paper).map_err(Failure::usage)?;
     let out = args.out.clone().unwrap_or_else(|| Path::new("results/reproduce").join(&paper.name));
     // All tables are checked before the first one runs.
     let experiments = paper.manifest.tables.iter().map(|table| Ok((table, load(&paper, table, args.episodes)?)));
@@ -48,8 +48,9 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             say(&format!("{}: {}", table.id, table.title));
         }
         let folder = out.join(table.id.as_str());
-        run(args, experiment, &folder)?;
-        let sections = comparison::read_sections(&folder.join(EPISODES_CSV)).map_err(Failure::Run)?;
+        let session = Session::open(experiment, &folder, existing(args.force)).map_err(refused)?;
+        complete(session, args.threads, None, args.quiet)?;
+        let sections = comparison::read_sections(&folder.join(EPISODES_CSV)).map_err(Failure::run)?;
         evidence.add(table.id.as_str(), experiment, sections);
     }
     let report = out.join("report.md");
@@ -75,42 +76,17 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
 }
 
 fn load(paper: &Paper, table: &paper::manifest::Table, episodes: Option<u32>) -> Result<Experiment, Failure> {
-    let refuse = |error: ScenarioError| Failure::Usage(format!("table {}: {}", table.id, error.render(colour())));
-    let (file, edits) = paper.scenario(table, episodes).map_err(refuse)?;
-    let scenario = file.read(&edits).map_err(refuse)?;
-    let points = file.points(&scenario, &edits).map_err(refuse)?;
-    let mut experiment =
-        Experiment::new(scenario, points, file.folder()).map_err(|error| Failure::Usage(format!("error: {error}")))?;
-    if !table.stacks.is_empty() {
-        let known = experiment.stack_names();
-        experiment.keep_stacks(&table.stacks).map_err(|unknown| {
-            let known: Vec<&str> = known.iter().map(String::as_str).collect();
-            misfit(table, &crate::settings::choice::unknown_name("stack", unknown, &known))
-        })?;
-    }
-    let stacks = experiment.stack_names();
-    let stacks: Vec<&str> = stacks.iter().map(String::as_str).collect();
-    paper.check_stacks(table.id.as_str(), &stacks).map_err(|message| misfit(table, &message))?;
-    Ok(experiment)
-}
-
-fn misfit(table: &paper::manifest::Table, message: &str) -> Failure {
-    Failure::Usage(format!("error: table `{}`: {message}", table.id))
-}
-
-fn run(args: &Args, experiment: &Experiment, folder: &Path) -> Result<(), Failure> {
-    let existing = if args.force { Existing::Replace } else { Existing::Continue };
-    let identity = experiment.identity().map_err(Failure::run)?;
-    let order = experiment.order().map_err(|error| Failure::Usage(format!("error: {error}")))?;
-    let folder = Folder::open(folder, identity, order, existing).map_err(Failure::run)?;
-    let bar = progress_bar(args.quiet, folder.order().blocks(), folder.blocks_done());
-    let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).max(1);
-    let quiet_panics = QuietPanics::install();
-    let result = experiment.run(&folder, threads, None, || bar.inc(1));
-    drop(quiet_panics);
-    bar.finish_and_clear();
-    result.map_err(Failure::run)?;
-    folder.finish().map(|_| ()).map_err(Failure::run)
+    let refuse = |error: ScenarioError| Failure::Usage(error.render(colour()));
+    let load = || {
+        let (file, edits) = paper.scenario(table, episodes).map_err(refuse)?;
+        let experiment = prepare(&file, &edits, &table.stacks)?;
+        paper.check_stacks(table.id.as_str(), &experiment.stack_names()).map_err(Failure::usage)?;
+        Ok(experiment)
+    };
+    load().map_err(|failure| match failure {
+        Failure::Usage(message) => Failure::Usage(format!("table {}: {message}", table.id)),
+        other => other,
+    })
 }
 
 /// The verdicts in short.
@@ -118,13 +94,7 @@ fn summary(paper: &Paper, evidence: &Evidence) -> String {
     let claims = paper.manifest.claims.iter();
     let lines = claims.map(|claim| {
         let verdict = paper::judge(&claim.test, evidence, &paper.published);
-        let mark = match verdict.ruling {
-            Ruling::Holds => "holds",
-            Ruling::Fails => "does not hold",
-            Ruling::Undecided => "undecided",
-            Ruling::Untestable => "cannot be tested",
-        };
-        format!("{:<18} {mark:<17} {}\n", claim.id, claim.says)
+        format!("{:<18} {:<17} {}\n", claim.id, verdict.ruling.words(), claim.says)
     });
     lines.collect()
 }

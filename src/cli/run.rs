@@ -3,8 +3,8 @@
 use super::scenarios::{AtPoint, Changes};
 use super::{Failure, print, say};
 use crate::episode::Outcome;
-use crate::experiment::{Experiment, Worker};
-use crate::results::{self, Existing, Folder, Opened, SummaryRow};
+use crate::experiment::{Experiment, Session, Worker, threads_available};
+use crate::results::{self, Existing, Opened, ResultsError, SummaryRow};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::{Path, PathBuf};
 
@@ -42,13 +42,13 @@ pub(super) struct Args {
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
     if args.out.is_some() && args.scenarios.len() > 1 {
-        return Err(Failure::Usage("error: --out names one folder, for one scenario".to_owned()));
+        return Err(Failure::usage("--out names one folder, for one scenario"));
     }
     if args.point.point > 0 && args.episode.is_none() {
-        return Err(Failure::Usage("error: --point runs one world: name its --episode as well".to_owned()));
+        return Err(Failure::usage("--point runs one world: name its --episode as well"));
     }
     if args.require_success.is_some_and(|rate| !(0.0..=1.0).contains(&rate)) {
-        return Err(Failure::Usage("error: --require-success takes a rate from 0 to 1".to_owned()));
+        return Err(Failure::usage("--require-success takes a rate from 0 to 1"));
     }
     // All scenarios are checked before the first one runs.
     let experiments =
@@ -56,9 +56,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     for (index, experiment) in experiments.iter().enumerate() {
         let name = &experiment.scenario().name;
         if experiments[..index].iter().any(|other| other.scenario().name == *name) {
-            return Err(Failure::Usage(format!(
-                "error: two scenarios are called `{name}` and would write the same folder"
-            )));
+            return Err(Failure::usage(format!("two scenarios are called `{name}` and would write the same folder")));
         }
     }
     experiments.iter().try_for_each(|experiment| run(args, experiment))
@@ -94,27 +92,16 @@ fn run_one(experiment: &Experiment, point: u32, episode: u64, traces: Option<&Pa
 
 /// Runs every episode that is not in the folder yet.
 fn run_all(args: &Args, experiment: &Experiment, folder: &Path, traces: Option<&Path>) -> Result<(), Failure> {
-    let existing = if args.force { Existing::Replace } else { Existing::Continue };
-    let identity = experiment.identity().map_err(Failure::run)?;
-    let order = experiment.order().map_err(|error| Failure::Usage(format!("error: {error}")))?;
-    let folder = Folder::open(folder, identity, order, existing).map_err(Failure::run)?;
-    let shown = folder.path().display().to_string();
-    match folder.opened() {
+    let session = Session::open(experiment, folder, existing(args.force)).map_err(refused)?;
+    let shown = folder.display().to_string();
+    match session.opened() {
         Opened::Fresh => {}
         Opened::Resume { blocks_done } => {
-            say(&format!("{shown}: going on after {blocks_done} of {} episodes", folder.order().blocks()));
+            say(&format!("{shown}: going on after {blocks_done} of {} episodes", session.order().blocks()));
         }
         Opened::Complete => say(&format!("{shown}: complete, nothing to run (--force runs it again)")),
     }
-
-    let bar = progress_bar(args.quiet, folder.order().blocks(), folder.blocks_done());
-    let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).max(1);
-    let quiet_panics = QuietPanics::install();
-    let result = experiment.run(&folder, threads, traces, || bar.inc(1));
-    drop(quiet_panics);
-    bar.finish_and_clear();
-    result.map_err(Failure::run)?;
-    let summary = folder.finish().map_err(Failure::run)?.unwrap_or_default();
+    let summary = complete(session, args.threads, traces, args.quiet)?.unwrap_or_default();
     if !args.quiet {
         print(&format!(
             "{}\n{shown}/episodes.csv, summary.csv, timings.csv, manifest.json\n",
@@ -148,7 +135,36 @@ fn judge(args: &Args, summary: &[SummaryRow]) -> Result<(), Failure> {
     }
 }
 
-pub(super) fn progress_bar(quiet: bool, blocks: u64, done: u64) -> ProgressBar {
+/// What to do with results that are there already.
+pub(super) fn existing(force: bool) -> Existing {
+    if force { Existing::Replace } else { Existing::Continue }
+}
+
+/// The failure behind an error of opening a folder: a swept key that cannot be a column is a fault of the scenario.
+pub(super) fn refused(error: ResultsError) -> Failure {
+    match error {
+        ResultsError::SweptKey(_) => Failure::usage(error),
+        _ => Failure::run(error),
+    }
+}
+
+/// Drives what a session still wants, with a progress bar unless `quiet`; on every processor unless `threads` says otherwise.
+pub(super) fn complete(
+    session: Session<'_>,
+    threads: Option<usize>,
+    traces: Option<&Path>,
+    quiet: bool,
+) -> Result<Option<Vec<SummaryRow>>, Failure> {
+    let bar = progress_bar(quiet, session.order().blocks(), session.blocks_done());
+    let quiet_panics = QuietPanics::install();
+    let result = session.run(threads.unwrap_or_else(threads_available).max(1), traces, || bar.inc(1));
+    drop(quiet_panics);
+    bar.finish_and_clear();
+    result.map_err(Failure::run)?;
+    session.finish().map_err(Failure::run)
+}
+
+fn progress_bar(quiet: bool, blocks: u64, done: u64) -> ProgressBar {
     let bar = ProgressBar::new(blocks);
     if quiet {
         bar.set_draw_target(ProgressDrawTarget::hidden());
@@ -162,10 +178,10 @@ pub(super) fn progress_bar(quiet: bool, blocks: u64, done: u64) -> ProgressBar {
 }
 
 /// While it lives, a planner's panic is a row of the results and not a message on the terminal.
-pub(super) struct QuietPanics;
+struct QuietPanics;
 
 impl QuietPanics {
-    pub(super) fn install() -> Self {
+    fn install() -> Self {
         std::panic::set_hook(Box::new(|_| {}));
         Self
     }

@@ -1,7 +1,7 @@
 //! The arguments that name a scenario and change it, shared by the subcommands.
 
 use super::{Failure, colour};
-use crate::experiment::Experiment;
+use crate::experiment::{Experiment, PrepareError};
 use crate::scenario::{Edit, ScenarioError, ScenarioFile};
 use std::path::Path;
 
@@ -30,20 +30,20 @@ impl Changes {
         let numbers = numbers.iter().filter_map(|(key, number)| number.map(|number| format!("{key}={number}")));
         let edits = self.set.iter().cloned().chain(numbers).map(|text| Edit::parse(&text));
         let edits = edits.collect::<Result<Vec<Edit>, _>>().map_err(refuse)?;
-        let file = ScenarioFile::open(file).map_err(refuse)?;
-        let scenario = file.read(&edits).map_err(refuse)?;
-        let points = file.points(&scenario, &edits).map_err(refuse)?;
-        let experiment = Experiment::new(scenario, points, file.folder());
-        let mut experiment = experiment.map_err(|error| Failure::Usage(format!("error: {error}")))?;
-        if !self.stacks.is_empty() {
-            let known = experiment.stack_names();
-            experiment.keep_stacks(&self.stacks).map_err(|unknown| {
-                let known: Vec<&str> = known.iter().map(String::as_str).collect();
-                Failure::Usage(format!("error: {}", crate::settings::choice::unknown_name("stack", unknown, &known)))
-            })?;
-        }
-        Ok(experiment)
+        prepare(&ScenarioFile::open(file).map_err(refuse)?, &edits, &self.stacks)
     }
+}
+
+/// The experiment of a scenario's file with edits, with only the stacks of these names where there are any.
+pub(super) fn prepare(file: &ScenarioFile, edits: &[Edit], stacks: &[String]) -> Result<Experiment, Failure> {
+    let mut experiment = Experiment::load(file, edits).map_err(|error| match error {
+        PrepareError::Scenario(refused) => Failure::Usage(refused.render(colour())),
+        other => Failure::usage(other),
+    })?;
+    if !stacks.is_empty() {
+        experiment.keep_stacks(stacks).map_err(Failure::usage)?;
+    }
+    Ok(experiment)
 }
 
 /// Which point of the sweep is meant.
@@ -61,6 +61,6 @@ impl AtPoint {
         if point < count {
             return Ok(point);
         }
-        Err(Failure::Usage(format!("error: there is no point {point}: the sweep has {count}, counted from 0")))
+        Err(Failure::usage(format!("there is no point {point}: the sweep has {count}, counted from 0")))
     }
 }

@@ -1,9 +1,10 @@
 //! `simrun verify`: the determinism promise, checked.
 
+use super::run::{complete, refused};
 use super::scenarios::Changes;
 use super::{Failure, print};
-use crate::experiment::Experiment;
-use crate::results::{EPISODES_CSV, Existing, Folder, SUMMARY_CSV, compare};
+use crate::experiment::{Experiment, Session, threads_available};
+use crate::results::{EPISODES_CSV, Existing, SUMMARY_CSV, compare};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -17,7 +18,7 @@ pub(super) struct Args {
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
     let experiment = args.changes.load(&args.scenario)?;
-    let many = std::thread::available_parallelism().map_or(2, usize::from).max(2);
+    let many = threads_available().max(2);
     let scratch = Scratch::new(&experiment)?;
     let (once, again) = (scratch.0.join("1"), scratch.0.join(many.to_string()));
     run(&experiment, &once, 1)?;
@@ -36,11 +37,8 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
 }
 
 fn run(experiment: &Experiment, folder: &Path, threads: usize) -> Result<(), Failure> {
-    let identity = experiment.identity().map_err(Failure::run)?;
-    let folder = Folder::open(folder, identity, experiment.order().map_err(Failure::run)?, Existing::Replace)
-        .map_err(Failure::run)?;
-    experiment.run(&folder, threads, None, || {}).map_err(Failure::run)?;
-    folder.finish().map(|_| ()).map_err(Failure::run)
+    let session = Session::open(experiment, folder, Existing::Replace).map_err(refused)?;
+    complete(session, Some(threads), None, true).map(|_| ())
 }
 
 /// A folder that is gone afterwards.

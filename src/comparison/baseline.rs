@@ -1,8 +1,9 @@
 //! A run against an older one: what moved, and whether it got worse.
 
-use super::{ALPHA, Comparison, METRICS, Section, StackRows, compare_pairs, correct};
+use super::{ALPHA, Comparison, Section, StackRows, compare_pairs, correct};
 use crate::analysis::Better;
 use crate::episode::Outcome;
+use crate::results::metric_column;
 
 /// What an older run says of a newer one.
 #[derive(Clone, Debug)]
@@ -23,6 +24,16 @@ pub struct Baseline {
     pub regressions: Vec<String>,
 }
 
+/// Two runs that are not of one scenario: the title of each with its scenario.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{}` is a run of `{}`, `{}` of `{}`", old.0, old.1, new.0, new.1)]
+pub struct OtherScenario {
+    /// The older run.
+    pub old: (String, String),
+    /// The newer run.
+    pub new: (String, String),
+}
+
 /// Compares a run with an older one of the same scenario, stack by stack on the same worlds.
 ///
 /// A regression is a test that is significant after Holm's correction over all stacks and metrics and points the wrong way
@@ -31,11 +42,12 @@ pub struct Baseline {
 ///
 /// # Errors
 /// If the runs are of different scenarios.
-pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, String> {
+pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, OtherScenario> {
     if let (Some(old), Some(new)) = (old.first(), new.first())
         && old.scenario != new.scenario
     {
-        return Err(format!("`{}` is a run of `{}`, `{}` of `{}`", old.title, old.scenario, new.title, new.scenario));
+        let name = |section: &Section| (section.title.clone(), section.scenario.clone());
+        return Err(OtherScenario { old: name(old), new: name(new) });
     }
     let mut result = Baseline {
         rows: 0,
@@ -93,13 +105,12 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, St
         result.regressions.push(format!("{} rows of the baseline are missing", result.missing));
     }
     for comparison in &result.comparisons {
-        let better = METRICS
-            .iter()
-            .find(|metric| metric.name == comparison.metric)
-            .map_or(Better::Higher, |metric| metric.better);
+        // Success is no metric; more of it is better.
+        let better = metric_column(comparison.metric).map_or(Some(Better::Higher), |column| column.better);
         let worse = comparison.difference.is_some_and(|difference| match better {
-            Better::Higher => difference < 0.0,
-            Better::Lower => difference > 0.0,
+            Some(Better::Higher) => difference < 0.0,
+            Some(Better::Lower) => difference > 0.0,
+            None => false,
         });
         if worse && comparison.p_holm <= ALPHA {
             let (stack, metric) = (&comparison.stack, comparison.metric);
@@ -163,6 +174,6 @@ mod tests {
 
         let mut another = section(&[("a", "ssss", &[])]);
         another.scenario = "elsewhere".to_owned();
-        assert!(compare_baseline(&old, &[another]).unwrap_err().contains("`elsewhere`"));
+        assert!(compare_baseline(&old, &[another]).unwrap_err().to_string().contains("`elsewhere`"));
     }
 }

@@ -8,53 +8,26 @@ mod baseline;
 mod read;
 mod render;
 
-pub use baseline::{Baseline, compare_baseline};
-pub use read::{Section, StackRows, read_sections};
+pub use baseline::{Baseline, OtherScenario, compare_baseline};
+pub use read::{Section, StackRows, TableError, read_sections};
 pub use render::{Format, comparison_table, render, table};
 
 use crate::analysis::{
-    Better, Location, PairedOutcomes, Ranking, bootstrap_interval, discordant_odds_ratio, fisher_exact, holm,
-    informative_pairs_min, mcnemar_exact, paired_differences, pairs, rank_biserial, rank_sum, signed_rank, wilson,
+    Better, Location, PairedOutcomes, RankSum, Ranking, bootstrap_interval, discordant_odds_ratio, fisher_exact, holm,
+    informative_pairs_min, mcnemar_exact, paired_differences, pairs, rank_biserial, rank_sum, signed_rank,
 };
-use crate::analysis::{RankSum, Z_95};
-use crate::episode::Outcome;
-use crate::metrics::Metrics;
-use crate::results::Statistics;
+use crate::results::{Column, SummaryRow, metric_column, summarise_rows};
+use crate::settings::choice::NameError;
 
 /// The error rate of the whole family of tests of a section.
 pub const ALPHA: f64 = 0.05;
 
-/// A metric that stacks are compared by, on the worlds that both solved.
-#[derive(Clone, Copy, Debug)]
-pub struct Metric {
-    /// Its column.
-    pub name: &'static str,
-    /// Its value in a row.
-    pub get: fn(&Metrics) -> Option<f64>,
-    /// Which direction is good.
-    pub better: Better,
-}
+/// The columns that stacks are compared by, on the worlds that both solved.
+pub const COMPARED: [&str; 3] = ["length_m", "time_s", "clearance_min_m"];
 
-/// The metrics of every comparison.
-pub const METRICS: [Metric; 3] = [
-    Metric { name: "length_m", get: |metrics| metrics.length_m, better: Better::Lower },
-    Metric { name: "time_s", get: |metrics| metrics.time_s, better: Better::Lower },
-    Metric { name: "clearance_min_m", get: |metrics| metrics.clearance_min_m, better: Better::Higher },
-];
-
-/// What a stack did, by itself.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StackSummary {
-    /// Its name.
-    pub stack: String,
-    /// Episodes in a feasible world.
-    pub n: u64,
-    /// Episodes per outcome, in the order of [`Outcome::NAMES`].
-    pub outcomes: [u64; Outcome::NAMES.len()],
-    /// Success rate with its Wilson 95 % interval, 0 to 1; `None` without an episode.
-    pub success: Option<[f64; 3]>,
-    /// Of each of [`METRICS`], over the successes.
-    pub metrics: Vec<Statistics>,
+/// Those columns, from the table of columns.
+fn compared() -> [&'static Column; COMPARED.len()] {
+    COMPARED.map(|name| metric_column(name).expect("a column of the table, as a test asserts"))
 }
 
 /// One test of two stacks.
@@ -93,7 +66,7 @@ pub struct Report {
     /// Where the rows come from, and which point of a sweep they are.
     pub title: String,
     /// Every stack by itself.
-    pub stacks: Vec<StackSummary>,
+    pub stacks: Vec<SummaryRow>,
     /// The tests.
     pub comparisons: Vec<Comparison>,
     /// Groups of stacks that the data cannot tell apart by success: the letters of each stack.
@@ -117,13 +90,13 @@ pub struct Plan {
 ///
 /// # Errors
 /// The stacks that there are, if the reference is none of them.
-pub fn analyse(section: &Section, plan: &Plan) -> Result<Report, String> {
+pub fn analyse(section: &Section, plan: &Plan) -> Result<Report, NameError> {
     let stacks = &section.stacks;
     let reference = match &plan.reference {
         None => 0,
         Some(name) => stacks.iter().position(|stack| stack.name == *name).ok_or_else(|| {
             let known: Vec<&str> = stacks.iter().map(|stack| stack.name.as_str()).collect();
-            crate::settings::choice::unknown_name("stack", name, &known)
+            NameError::unknown("stack", name, &known)
         })?,
     };
     let chosen: Vec<(usize, usize)> = if plan.all_pairs {
@@ -141,7 +114,7 @@ pub fn analyse(section: &Section, plan: &Plan) -> Result<Report, String> {
     let letters = Ranking::new(&rates, Better::Higher, &holm(&p), ALPHA).letters();
     Ok(Report {
         title: section.title.clone(),
-        stacks: stacks.iter().map(summary).collect(),
+        stacks: stacks.iter().filter_map(|stack| summarise_rows(stack.rows.values())).collect(),
         comparisons,
         letters,
         paired: !plan.unpaired,
@@ -161,27 +134,10 @@ fn correct(comparisons: &mut [Comparison]) {
     }
 }
 
-fn summary(stack: &StackRows) -> StackSummary {
-    let rows = || stack.rows.values().filter(|row| !matches!(row.outcome, Outcome::InfeasibleWorld { .. }));
-    let mut outcomes = [0; Outcome::NAMES.len()];
-    for row in stack.rows.values() {
-        let index = Outcome::NAMES.iter().position(|name| *name == row.outcome.name());
-        outcomes[index.expect("every outcome has a name")] += 1;
-    }
-    let n = rows().count() as u64;
-    let successes = rows().filter(|row| row.outcome == Outcome::Success).count() as u64;
-    let success = wilson(successes, n, Z_95).map(|(low, high)| [successes as f64 / n as f64, low, high]);
-    let of = |metric: &Metric| {
-        let values = rows().filter(|row| row.outcome == Outcome::Success).filter_map(|row| (metric.get)(&row.metrics));
-        Statistics::of(&mut values.collect::<Vec<f64>>())
-    };
-    StackSummary { stack: stack.name.clone(), n, outcomes, success, metrics: METRICS.iter().map(of).collect() }
-}
-
 /// How both stacks ended the worlds that both drove: the first of the two is `first`.
 fn outcomes(first: &StackRows, second: &StackRows) -> PairedOutcomes {
     let (a, b): (Vec<bool>, Vec<bool>) =
-        first.shared(second).map(|(a, b)| (a.outcome == Outcome::Success, b.outcome == Outcome::Success)).unzip();
+        first.shared(second).map(|(a, b)| (a.outcome.is_success(), b.outcome.is_success())).unzip();
     PairedOutcomes::count(&a, &b)
 }
 
@@ -191,9 +147,7 @@ pub fn compare_pairs(reference: &StackRows, stack: &StackRows) -> Vec<Comparison
     let points: Vec<f64> = stack
         .shared(reference)
         .map(|(a, b)| {
-            100.0
-                * (f64::from(u8::from(a.outcome == Outcome::Success))
-                    - f64::from(u8::from(b.outcome == Outcome::Success)))
+            100.0 * (f64::from(u8::from(a.outcome.is_success())) - f64::from(u8::from(b.outcome.is_success())))
         })
         .collect();
     let blank = Comparison {
@@ -214,11 +168,11 @@ pub fn compare_pairs(reference: &StackRows, stack: &StackRows) -> Vec<Comparison
         },
         too_few: false,
     };
-    let metrics = METRICS.iter().map(|metric| {
+    let metrics = compared().into_iter().map(|metric| {
         let both = stack
             .shared(reference)
-            .filter(|(a, b)| a.outcome == Outcome::Success && b.outcome == Outcome::Success)
-            .filter_map(|(a, b)| Some(((metric.get)(&a.metrics)?, (metric.get)(&b.metrics)?)));
+            .filter(|(a, b)| a.outcome.is_success() && b.outcome.is_success())
+            .filter_map(|(a, b)| Some((metric.number(&a.metrics)?, metric.number(&b.metrics)?)));
         let (ours, theirs): (Vec<f64>, Vec<f64>) = both.unzip();
         let differences = paired_differences(&ours, &theirs);
         let test = signed_rank(&differences);
@@ -241,7 +195,7 @@ pub fn compare_pairs(reference: &StackRows, stack: &StackRows) -> Vec<Comparison
 /// The tests of two stacks as if their worlds had nothing to do with each other.
 fn compare_unpaired(reference: &StackRows, stack: &StackRows) -> Vec<Comparison> {
     let count = |stack: &StackRows| {
-        let feasible = stack.rows.values().filter(|row| !matches!(row.outcome, Outcome::InfeasibleWorld { .. }));
+        let feasible = stack.rows.values().filter(|row| row.outcome.is_rated());
         let n = feasible.count() as u64;
         (stack.successes(), n - stack.successes())
     };
@@ -261,11 +215,11 @@ fn compare_unpaired(reference: &StackRows, stack: &StackRows) -> Vec<Comparison>
         effect: (b * c > 0).then(|| (a * d) as f64 / (b * c) as f64),
         too_few: false,
     };
-    let values = |stack: &StackRows, metric: &Metric| -> Vec<f64> {
-        let solved = stack.rows.values().filter(|row| row.outcome == Outcome::Success);
-        solved.filter_map(|row| (metric.get)(&row.metrics)).collect()
+    let values = |stack: &StackRows, metric: &Column| -> Vec<f64> {
+        let solved = stack.rows.values().filter(|row| row.outcome.is_success());
+        solved.filter_map(|row| metric.number(&row.metrics)).collect()
     };
-    let metrics = METRICS.iter().map(|metric| {
+    let metrics = compared().into_iter().map(|metric| {
         let (ours, theirs) = (values(stack, metric), values(reference, metric));
         let RankSum { first, second, p, .. } = rank_sum(&ours, &theirs);
         let n = (ours.len() + theirs.len()) as u64;
@@ -291,7 +245,9 @@ fn mean(values: &[f64]) -> Option<f64> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::results::Row;
+    use crate::episode::Outcome;
+    use crate::metrics::Metrics;
+    use crate::results::{Rate, Row, Statistics};
 
     /// Rows of stacks, one character an episode: `s` success, `c` collision at time-out's length, `i` infeasible.
     pub(crate) fn section(stacks: &[(&str, &str, &[f64])]) -> Section {
@@ -323,11 +279,11 @@ pub(crate) mod tests {
         let section = section(&[("a", "sssfi", &[1.0, 2.0, 4.0, 9.0])]);
         let report = analyse(&section, &Plan::default()).unwrap();
         let a = &report.stacks[0];
-        assert_eq!((a.n, a.outcomes), (4, [3, 0, 1, 0, 0, 0, 1]));
+        assert_eq!((a.n, a.rated, a.outcomes), (5, 4, [3, 0, 1, 0, 0, 0, 1]));
         // Wilson's interval of 3 of 4, by the formula: (0.75 + z²/8 ± z √(0.75·0.25/4 + z²/64)) / (1 + z²/4).
-        let [rate, low, high] = a.success.unwrap();
+        let Rate { rate, low, high } = a.success.unwrap();
         assert!(rate == 0.75 && (low - 0.300_642).abs() < 1e-5 && (high - 0.954_413).abs() < 1e-5, "{low} {high}");
-        let Statistics { n, mean, sd, median, q1, q3 } = a.metrics[0];
+        let Statistics { n, mean, sd, median, q1, q3 } = *a.metric(COMPARED[0]);
         assert!((mean.unwrap() - 7.0 / 3.0).abs() < 1e-12 && (sd.unwrap() - (7.0f64 / 3.0).sqrt()).abs() < 1e-12);
         assert_eq!((n, median, q1, q3), (3, Some(2.0), Some(1.5), Some(3.0)));
     }
@@ -362,7 +318,7 @@ pub(crate) mod tests {
         assert_eq!(success[2].effect, Some(f64::INFINITY), "fine against bad");
         assert_eq!(report.letters, ["a", "b", "a"]);
         let wrong = Plan { reference: Some("goood".to_owned()), ..Plan::default() };
-        assert!(analyse(&section, &wrong).unwrap_err().contains("did you mean `good`?"));
+        assert!(analyse(&section, &wrong).unwrap_err().to_string().contains("did you mean `good`?"));
     }
 
     #[test]

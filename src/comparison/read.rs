@@ -1,11 +1,10 @@
 //! Rows of result files, sorted into sections that may be compared within.
 
-use crate::episode::Outcome;
-use crate::results::{EPISODES_CSV, ReadError, Reader, Row};
+use crate::results::{EPISODES_CSV, ReadError, Reader, ResultsError, Row};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The rows of one file at one point of its sweep.
 #[derive(Clone, Debug)]
@@ -35,23 +34,40 @@ impl StackRows {
     /// The rows of the worlds that both stacks drove, feasible ones only, in the order of the worlds. Worlds of one seed and episode
     /// are the same only if their digests are: those of another build or scenario may differ.
     pub fn shared<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = (&'a Row, &'a Row)> {
-        let feasible = |row: &Row| !matches!(row.outcome, Outcome::InfeasibleWorld { .. });
         self.rows
             .iter()
             .filter_map(|(world, row)| Some((row, other.rows.get(world)?)))
-            .filter(move |(a, b)| feasible(a) && feasible(b) && a.world_digest == b.world_digest)
+            .filter(|(a, b)| a.outcome.is_rated() && b.outcome.is_rated() && a.world_digest == b.world_digest)
     }
 
     /// Number of successes.
     pub fn successes(&self) -> u64 {
-        self.rows.values().filter(|row| row.outcome == Outcome::Success).count() as u64
+        self.rows.values().filter(|row| row.outcome.is_success()).count() as u64
     }
 
     /// Successes by episodes in feasible worlds; 0 without any.
     pub fn success_rate(&self) -> f64 {
-        let feasible = self.rows.values().filter(|row| !matches!(row.outcome, Outcome::InfeasibleWorld { .. })).count();
+        let feasible = self.rows.values().filter(|row| row.outcome.is_rated()).count();
         if feasible == 0 { 0.0 } else { self.successes() as f64 / feasible as f64 }
     }
+}
+
+/// Why a table cannot be compared within.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// It cannot be read as an `episodes.csv`.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// Rows of it contradict each other.
+    #[error("{}: line {line}: {message}", path.display())]
+    Contradiction {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: u64,
+        /// What is wrong with it.
+        message: String,
+    },
 }
 
 /// Reads an `episodes.csv` into one section per point; a folder stands for the one in it.
@@ -59,11 +75,11 @@ impl StackRows {
 /// # Errors
 /// What is wrong with the file, with its line; also two rows of one stack in one world, stacks that met different worlds in one
 /// episode, and rows of a second scenario.
-pub fn read_sections(path: &Path) -> Result<Vec<Section>, String> {
+pub fn read_sections(path: &Path) -> Result<Vec<Section>, TableError> {
     let path = if path.is_dir() { path.join(EPISODES_CSV) } else { path.to_owned() };
     let shown = path.display();
-    let file = File::open(&path).map_err(|error| format!("cannot read `{shown}`: {error}"))?;
-    let place = |error: ReadError| format!("{shown}: {error}");
+    let file = File::open(&path).map_err(ResultsError::io("read", &path))?;
+    let place = |source: ReadError| ResultsError::Read { path: path.clone(), source };
     let mut reader = Reader::new(BufReader::new(file)).map_err(place)?;
     let keys = reader.swept().to_vec();
     let mut sections: Vec<Section> = Vec::new();
@@ -85,9 +101,10 @@ pub fn read_sections(path: &Path) -> Result<Vec<Section>, String> {
             sections.len() - 1
         });
         let line = reader.line();
+        let refuse = |message| TableError::Contradiction { path: path.clone(), line, message };
         if sections[0].scenario != row.scenario {
             let first = &sections[0].scenario;
-            return Err(format!("{shown}: line {line}: a row of `{}` in a file of `{first}`", row.scenario));
+            return Err(refuse(format!("a row of `{}` in a file of `{first}`", row.scenario)));
         }
         let stacks = &mut sections[index].stacks;
         let stack = stacks.iter().position(|stack| stack.name == row.stack).unwrap_or_else(|| {
@@ -99,11 +116,11 @@ pub fn read_sections(path: &Path) -> Result<Vec<Section>, String> {
         if let Some(other) = stacks.iter().find_map(|stack| stack.rows.get(&world))
             && other.world_digest != row.world_digest
         {
-            let met = format!("`{}` and `{name}` met different worlds in episode {}", other.stack, world.1);
-            return Err(format!("{shown}: line {line}: {met}"));
+            let other = &other.stack;
+            return Err(refuse(format!("`{other}` and `{name}` met different worlds in episode {}", world.1)));
         }
         if stacks[stack].rows.insert(world, row).is_some() {
-            return Err(format!("{shown}: line {line}: a second row of `{name}` in episode {}", world.1));
+            return Err(refuse(format!("a second row of `{name}` in episode {}", world.1)));
         }
     }
     Ok(sections)

@@ -1,8 +1,8 @@
 //! Reports as text, Markdown and CSV.
 
-use super::{Comparison, METRICS, Report};
+use super::{COMPARED, Comparison, Report};
 use crate::episode::Outcome;
-use crate::results::Statistics;
+use crate::results::{Rate, Statistics};
 use std::fmt::Write as _;
 
 /// How a report is written.
@@ -66,16 +66,16 @@ fn section(report: &Report, format: Format) -> String {
     let endings: Vec<usize> =
         (1..Outcome::NAMES.len()).filter(|&k| report.stacks.iter().any(|stack| stack.outcomes[k] > 0)).collect();
     rows[0].extend(endings.iter().map(|&k| Outcome::NAMES[k].to_owned()));
-    rows[0].extend(METRICS.iter().map(|metric| metric.name.to_owned()));
+    rows[0].extend(COMPARED.map(str::to_owned));
     for (stack, letters) in report.stacks.iter().zip(&report.letters) {
         let success = stack.success.map_or_else(
             || "-".to_owned(),
-            |[rate, low, high]| format!("{:.1} [{:.1}, {:.1}]", 100.0 * rate, 100.0 * low, 100.0 * high),
+            |Rate { rate, low, high }| format!("{:.1} [{:.1}, {:.1}]", 100.0 * rate, 100.0 * low, 100.0 * high),
         );
-        let mut row = vec![stack.stack.clone(), stack.n.to_string(), success, letters.clone()];
+        let mut row = vec![stack.stack.clone(), stack.rated.to_string(), success, letters.clone()];
         row.extend(endings.iter().map(|&k| stack.outcomes[k].to_string()));
-        row.extend(stack.metrics.iter().map(|metric| {
-            let Statistics { n, mean, sd, median, q1, q3 } = *metric;
+        row.extend(COMPARED.iter().map(|metric| {
+            let Statistics { n, mean, sd, median, q1, q3 } = *stack.metric(metric);
             let shown = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
             let [mean, sd, median, q1, q3] = [mean, sd, median, q1, q3].map(shown);
             if n == 0 { mean } else { format!("{mean} ± {sd}, {median} [{q1}, {q3}]") }

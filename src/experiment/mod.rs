@@ -1,19 +1,25 @@
 //! An experiment: episodes × stacks as ordered work, in parallel.
 //!
-//! One block is one world, driven by every stack. Workers take blocks from the results folder in the
-//! order of the rows and hand them back as they finish; the folder writes them in order. Nothing in a block depends on another.
+//! One block is one world, driven by every stack. A [`Session`] takes blocks from its journal in the order of the rows, drives
+//! them on several threads and hands them back as they finish; the journal writes them in order. Nothing in a block depends on
+//! another, so that any of them can be driven alone ([`Experiment::run_block`]).
 
-use crate::clock::Stopwatch;
-use crate::episode::{DT_S, Outcome, Record, Recording, Runner, Setting, Timings};
+mod drive;
+mod pool;
+mod session;
+
+pub use drive::{Drive, Worker};
+pub use pool::{in_order, on_threads, threads_available};
+pub use session::Session;
+
 use crate::map::MapError;
-use crate::metrics::{self, Metrics};
-use crate::plan::stack::{Stack, StackSpec};
-use crate::results::{Digest, Folder, Identity, Order, Point, ResultsError, Row, Timing};
+use crate::plan::stack::StackSpec;
+use crate::results::{Identity, Order, Point, ResultsError};
 use crate::rng::EpisodeSeed;
 use crate::robot::Robot;
-use crate::scenario::{Scenario, SweepPoint};
-use crate::trace::{self, Trace};
-use crate::world::{Conditions, Infeasible, Scene, SceneError, SceneSpec, StaticMap};
+use crate::scenario::{Edit, Scenario, ScenarioError, ScenarioFile, SweepPoint};
+use crate::settings::choice::NameError;
+use crate::world::{SceneError, SceneSpec, StaticMap};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -43,6 +49,9 @@ struct Setup {
 /// Why an experiment cannot begin.
 #[derive(Debug, thiserror::Error)]
 pub enum PrepareError {
+    /// The scenario is refused.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
     /// The fixed map cannot be had.
     #[error(transparent)]
     Map(#[from] MapError),
@@ -71,23 +80,6 @@ pub enum RunError {
         /// What the system said.
         source: io::Error,
     },
-}
-
-/// What one thread keeps from block to block: memory, never knowledge.
-#[derive(Debug, Default)]
-pub struct Worker {
-    runner: Runner,
-    point: u32,
-    stacks: Vec<Option<Stack>>,
-}
-
-/// One episode with all that a picture or a trace file needs.
-#[derive(Debug)]
-pub struct Drive {
-    /// The row of `episodes.csv`.
-    pub row: Row,
-    /// World, robot and drive.
-    pub recording: Recording,
 }
 
 impl Setup {
@@ -146,6 +138,16 @@ impl Experiment {
         Ok(Self { scenario, swept, points: setups, base_dir: base_dir.to_owned() })
     }
 
+    /// Reads, checks and prepares the scenario of a file with `edits` made to it.
+    ///
+    /// # Errors
+    /// If the scenario is refused, or [`Self::new`] fails.
+    pub fn load(file: &ScenarioFile, edits: &[Edit]) -> Result<Self, PrepareError> {
+        let scenario = file.read(edits)?;
+        let points = file.points(&scenario, edits)?;
+        Self::new(scenario, points, file.folder())
+    }
+
     /// The scenario that runs, its sweep included.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
@@ -185,11 +187,11 @@ impl Experiment {
     /// Keeps only the stacks of these names, in the scenario's order, and the points at which one of them runs.
     ///
     /// # Errors
-    /// The name that no stack has.
-    pub fn keep_stacks<'n>(&mut self, names: &'n [String]) -> Result<(), &'n str> {
+    /// If no stack has one of the names.
+    pub fn keep_stacks(&mut self, names: &[String]) -> Result<(), NameError> {
         let known = self.stack_names();
         if let Some(unknown) = names.iter().find(|name| !known.contains(name)) {
-            return Err(unknown);
+            return Err(NameError::unknown("stack", unknown, &known));
         }
         for point in &mut self.points {
             point.stacks.retain(|stack| names.contains(&stack.name));
@@ -220,233 +222,7 @@ impl Experiment {
     pub fn identity(&self) -> Result<Identity, ResultsError> {
         Identity::new(&self.scenario.to_yaml(), self.scenario.seed, self.stack_names())
     }
-
-    /// Runs what `folder` still wants on `threads` threads; `after` is told of every finished block, from any thread.
-    ///
-    /// # Errors
-    /// If a row or a trace cannot be written. What was written before stays, and the same command goes on from there.
-    pub fn run(
-        &self,
-        folder: &Folder,
-        threads: usize,
-        traces: Option<&Path>,
-        after: impl Fn() + Sync,
-    ) -> Result<(), RunError> {
-        let work = || -> Result<(), RunError> {
-            let mut worker = Worker::default();
-            while let Some(block) = folder.take() {
-                let rows = self.run_block(&mut worker, block.point(), block.episode(), traces)?;
-                folder.submit(block, &rows)?;
-                after();
-            }
-            Ok(())
-        };
-        std::thread::scope(|scope| {
-            let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
-            let mut result = work();
-            for other in others {
-                let theirs = other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-                result = result.and(theirs);
-            }
-            result
-        })
-    }
-
-    /// Drives every stack of a point through the world of one episode; each with its trace as a file in `traces` where given.
-    ///
-    /// # Errors
-    /// If a trace cannot be written.
-    pub fn run_block(
-        &self,
-        worker: &mut Worker,
-        point: u32,
-        episode: u64,
-        traces: Option<&Path>,
-    ) -> Result<Vec<(Row, Timing)>, RunError> {
-        let clock = Stopwatch::start();
-        let setup = &self.points[point as usize];
-        let scene = self.scene(point, episode);
-        let shortest_m = scene.as_ref().ok().and_then(|scene| setup.shortest_m(scene));
-        let world_s = clock.elapsed_s();
-        if worker.point != point {
-            (worker.point, worker.stacks) = (point, Vec::new());
-        }
-        worker.stacks.resize_with(setup.stacks.len(), || None);
-        let mut rows = Vec::with_capacity(setup.stacks.len());
-        for (index, spec) in setup.stacks.iter().enumerate() {
-            let Worker { runner, stacks, .. } = &mut *worker;
-            rows.push(match &scene {
-                Ok(scene) => {
-                    let measured =
-                        setup.drive(setup.seed(episode), scene, shortest_m, spec, &mut stacks[index], runner);
-                    let row = self.row(point, spec, episode, measured);
-                    if let Some(folder) = traces {
-                        self.write_trace(folder, &row, scene, &runner.record.trace)?;
-                    }
-                    let timing = timing(world_s, &mut runner.record.timings);
-                    (row, timing)
-                }
-                Err(infeasible) => {
-                    let outcome = Outcome::InfeasibleWorld { message: infeasible.message.clone() };
-                    let row = self.row(
-                        point,
-                        spec,
-                        episode,
-                        Measured { outcome, metrics: Metrics::default(), digests: None },
-                    );
-                    (row, Timing { world_s, ..Timing::default() })
-                }
-            });
-        }
-        Ok(rows)
-    }
-
-    /// Drives one stack of a point through one episode and records it in full.
-    ///
-    /// # Errors
-    /// If the episode has no feasible world.
-    pub fn drive_one(&self, point: u32, episode: u64, stack_index: usize) -> Result<Drive, Infeasible> {
-        let scene = self.scene(point, episode)?;
-        let mut runner = Runner::in_full();
-        let setup = &self.points[point as usize];
-        let spec = &setup.stacks[stack_index];
-        let measured = setup.drive(setup.seed(episode), &scene, setup.shortest_m(&scene), spec, &mut None, &mut runner);
-        let outcome = measured.outcome.clone();
-        let row = self.row(point, spec, episode, measured);
-        let Record { trace, detail, .. } = runner.record;
-        let (robot, detail) = (setup.robot.clone(), detail.unwrap_or_default());
-        Ok(Drive { row, recording: Recording { scene, robot, dt_s: DT_S, outcome, trace, detail } })
-    }
-
-    /// The world of one episode at a point.
-    ///
-    /// # Errors
-    /// If none was found within the generator's bound.
-    pub fn scene(&self, point: u32, episode: u64) -> Result<Scene, Infeasible> {
-        let Setup { scenario, scene_spec, robot, fixed_map, .. } = &self.points[point as usize];
-        let seed = self.points[point as usize].seed(episode);
-        let map = match fixed_map {
-            Some(map) => Arc::clone(map),
-            None => {
-                let grid = scenario.map.load(&self.base_dir, seed);
-                Arc::new(StaticMap::new(grid.map_err(|error| Infeasible { message: error.to_string() })?))
-            }
-        };
-        Scene::generate(scene_spec, &map, robot, scenario.planning.inflation_m(robot.radius_m), seed)
-    }
-
-    fn row(&self, point: u32, spec: &StackSpec, episode: u64, measured: Measured) -> Row {
-        let Measured { outcome, metrics, digests } = measured;
-        Row {
-            scenario: self.scenario.name.to_string(),
-            point,
-            stack: spec.name.clone(),
-            global: spec.global.as_ref().map_or_else(String::new, |global| global.name().to_owned()),
-            path: spec.path_name(),
-            local: spec.local.name().to_owned(),
-            episode,
-            seed: self.scenario.seed,
-            outcome,
-            metrics,
-            world_digest: digests.map(|(world, _)| world),
-            trace_digest: digests.map(|(_, trace)| trace),
-            swept: self.points[point as usize].values.clone(),
-        }
-    }
-
-    /// Writes `e000017_a_star+dwa.csv`, with the point in front where there are several, and what a scanner measured
-    /// to `e000017_a_star+dwa.lidar.csv`.
-    fn write_trace(&self, folder: &Path, row: &Row, scene: &Scene, trace: &Trace) -> Result<(), RunError> {
-        let point = if self.swept.is_empty() { String::new() } else { format!("p{:04}_", row.point) };
-        let stem = format!("{point}e{:06}_{}", row.episode, row.stack);
-        let write = |ending: &str, content: &dyn Fn(&mut io::BufWriter<std::fs::File>) -> io::Result<()>| {
-            let path = folder.join(format!("{stem}{ending}"));
-            let file = std::fs::File::create(&path);
-            let written = file.and_then(|file| content(&mut io::BufWriter::new(file)));
-            written.map_err(|source| RunError::Trace { path, source })
-        };
-        write(".csv", &|file| trace::write_csv(trace, scene.map.grid.frame(), DT_S, file))?;
-        if trace.ray_count > 0 {
-            write(".lidar.csv", &|file| trace::write_scans(trace, DT_S, file))?;
-        }
-        Ok(())
-    }
 }
 
-/// What came of an episode; the digests are those of world and trace.
-struct Measured {
-    outcome: Outcome,
-    metrics: Metrics,
-    digests: Option<(Digest, Digest)>,
-}
-
-impl Setup {
-    fn seed(&self, episode: u64) -> EpisodeSeed {
-        EpisodeSeed { seed: self.scenario.seed, episode }
-    }
-
-    fn shortest_m(&self, scene: &Scene) -> Option<f64> {
-        if !scene.has_a_fixed_task() {
-            return None;
-        }
-        metrics::shortest_m(scene, self.robot.inscribed_radius_m(), self.scenario.termination.goal_tolerance_m.get())
-    }
-
-    fn drive(
-        &self,
-        seed: EpisodeSeed,
-        scene: &Scene,
-        shortest_m: Option<f64>,
-        spec: &StackSpec,
-        slot: &mut Option<Stack>,
-        runner: &mut Runner,
-    ) -> Measured {
-        let scenario = &self.scenario;
-        let conditions = Conditions {
-            seed,
-            sensing: scenario.sensing.clone(),
-            localisation: scenario.localisation.clone(),
-            actuation: scenario.actuation.clone(),
-            ..Conditions::default()
-        };
-        let stack = slot.get_or_insert_with(|| spec.build(&scenario.planning));
-        let termination = &scenario.termination;
-        let outcome = runner.run(Setting { scene, robot: &self.robot, conditions: &conditions, termination }, stack);
-        if matches!(outcome, Outcome::PlannerError { .. }) {
-            *slot = None;
-        }
-        let trace = &runner.record.trace;
-        let measured = metrics::Episode {
-            scene,
-            robot: &self.robot,
-            trace,
-            success: outcome == Outcome::Success,
-            goal_tolerance_m: scenario.termination.goal_tolerance_m.get(),
-            dt_s: DT_S,
-            shortest_m,
-        };
-        Measured {
-            metrics: metrics::measure(measured, &scenario.metrics),
-            digests: Some((Digest(scene.digest()), Digest(trace::digest(trace)))),
-            outcome,
-        }
-    }
-}
-
-/// The times of one row.
-fn timing(world_s: f64, timings: &mut Timings) -> Timing {
-    let local_s = &mut timings.local_s;
-    local_s.sort_unstable_by(f64::total_cmp);
-    let quantile = |q: f64| {
-        let last = local_s.len().saturating_sub(1);
-        local_s.get((q * last as f64).round() as usize).copied().unwrap_or_default()
-    };
-    Timing {
-        world_s: world_s + timings.world_s,
-        global_s: timings.global_s,
-        local_p50_s: quantile(0.5),
-        local_p99_s: quantile(0.99),
-        local_max_s: quantile(1.0),
-        physics_s: timings.physics_s,
-    }
-}
+#[cfg(test)]
+mod tests;

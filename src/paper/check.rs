@@ -2,15 +2,12 @@
 
 use super::Paper;
 use super::manifest::{Place, Source, Test, range};
-use crate::results::metric_columns;
-use crate::settings::choice::unknown_name;
-
-/// What a published number may say of its metric.
-const QUANTITIES: [&str; 5] = ["mean", "gain", "reduction", "reduction_percent", "rank"];
+use super::published::{Quantity, SUCCESS};
+use crate::results::metric_column;
+use crate::settings::choice::{NameError, unknown_name};
 
 fn metric(name: &str) -> Result<(), String> {
-    let known: Vec<&str> = metric_columns().map(|column| column.name).chain(["success"]).collect();
-    if known.contains(&name) { Ok(()) } else { Err(unknown_name("metric", name, &known)) }
+    if name == SUCCESS { Ok(()) } else { metric_column(name).map(|_| ()).map_err(|error| error.to_string()) }
 }
 
 impl Paper {
@@ -36,18 +33,19 @@ impl Paper {
             let place = || format!("{}: `{}` of {}", self.manifest.published, number.value, number.place);
             let check = || {
                 self.known(&number.table)?;
-                if !QUANTITIES.contains(&number.quantity.as_str()) {
-                    return Err(unknown_name("quantity", &number.quantity, &QUANTITIES));
-                }
-                let alone = matches!(number.quantity.as_str(), "mean" | "rank");
-                if alone != number.against.is_empty() {
-                    let needs = if alone { "no" } else { "a" };
-                    return Err(format!("a `{}` needs {needs} stack in `against`", number.quantity));
+                let needs_another = number.quantity.needs_another_stack();
+                if needs_another == number.against.is_empty() {
+                    let needs = if needs_another { "a" } else { "no" };
+                    return Err(format!("a `{}` needs {needs} stack in `against`", number.quantity.name()));
                 }
                 if number.trials == Some(0) {
                     return Err("`trials` is 0".to_owned());
                 }
-                if number.quantity == "rank" && number.metric.is_empty() { Ok(()) } else { metric(&number.metric) }
+                if number.quantity == Quantity::Rank && number.metric.is_empty() {
+                    Ok(())
+                } else {
+                    metric(&number.metric)
+                }
             };
             check().map_err(|message| format!("{}: {message}", place()))?;
         }
@@ -81,7 +79,7 @@ impl Paper {
                 if test.at_least.is_none() && test.at_most.is_none() {
                     return Err("a range needs `at_least`, `at_most` or both".to_owned());
                 }
-                if test.metric == "success" && test.of == range::Statistic::Every && test.source == Source::Measured {
+                if test.metric == SUCCESS && test.of == range::Statistic::Every && test.source == Source::Measured {
                     return Err("a row's `success` is 0 or 100: ask for the mean".to_owned());
                 }
                 Ok(())
@@ -98,7 +96,7 @@ impl Paper {
     ///
     /// # Errors
     /// The name that is not.
-    pub fn check_stacks(&self, table: &str, stacks: &[&str]) -> Result<(), String> {
+    pub fn check_stacks(&self, table: &str, stacks: &[String]) -> Result<(), NameError> {
         let mut named = Vec::new();
         self.manifest.claims.iter().for_each(|claim| places(&claim.test, &mut named));
         for number in &self.published {
@@ -107,8 +105,8 @@ impl Paper {
                 named.push((&number.table, &number.against));
             }
         }
-        match named.iter().find(|(at, stack)| *at == table && !stacks.contains(&stack.as_str())) {
-            Some((_, stack)) => Err(unknown_name("stack", stack, stacks)),
+        match named.iter().find(|(at, stack)| *at == table && !stacks.contains(stack)) {
+            Some((_, stack)) => Err(NameError::unknown("stack", stack, stacks)),
             None => Ok(()),
         }
     }

@@ -1,21 +1,18 @@
 //! What running a paper's tables brought: rows, checked bounds, causes of failures.
 
 use crate::comparison::{Section, StackRows};
-use crate::episode::{DT_S, Outcome};
-use crate::experiment::Experiment;
+use crate::episode::DT_S;
+use crate::experiment::{Experiment, in_order, threads_available};
 use crate::metrics::failure::{Cause, cause};
 use crate::plan::global::GlobalChoice;
 use crate::plan::stack::StackSpec;
 use crate::results::{Digest, Row};
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Failures that are driven again, per stack and table, to see why.
 const SAMPLE: usize = 20;
 /// Rounding in a comparison of lengths, m.
 const SLACK_M: f64 = 1e-9;
-/// Global planners whose paths are shortest ones on the same graph.
-const EXACT: [&str; 5] = ["dijkstra", "a_star", "jps", "lpa_star", "improved_dijkstra"];
 
 /// All that is known of a paper's tables.
 #[derive(Debug, Default)]
@@ -75,7 +72,7 @@ impl Evidence {
         let bounds = check(experiment, &sections);
         let stacks: Vec<(u32, &StackRows)> =
             sections.iter().flat_map(|section| section.stacks.iter().map(|stack| (section.point, stack))).collect();
-        let found = in_parallel(stacks.len(), |index| {
+        let found = in_order(stacks.len(), threads_available(), |index| {
             let (point, stack) = stacks[index];
             let number = experiment.stacks(point).iter().position(|spec| spec.name == stack.name);
             number.map_or_else(Failures::default, |number| sample(experiment, point, number, stack))
@@ -86,35 +83,9 @@ impl Evidence {
     }
 }
 
-/// The answers of `work` to 0, 1, … `count` − 1, in that order, whichever thread finds them.
-fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let next = AtomicUsize::new(0);
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(count);
-    let take = || {
-        let mut answers = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            if index >= count {
-                return answers;
-            }
-            answers.push((index, work(index)));
-        }
-    };
-    let mut answers: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(take)).collect();
-        let mut answers = take();
-        for other in others {
-            answers.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
-        }
-        answers
-    });
-    answers.sort_by_key(|(index, _)| *index);
-    answers.into_iter().map(|(_, answer)| answer).collect()
-}
-
 /// Drives the first failures of a stack again and asks for their causes.
 fn sample(experiment: &Experiment, point: u32, stack_index: usize, stack: &StackRows) -> Failures {
-    let failed = || stack.rows.values().filter(|row| row.outcome != Outcome::Success);
+    let failed = || stack.rows.values().filter(|row| !row.outcome.is_success());
     let mut found = Failures { total: failed().count() as u64, ..Failures::default() };
     for row in failed().take(SAMPLE) {
         let Ok(drive) = experiment.drive_one(point, row.episode, stack_index) else { continue };
@@ -146,7 +117,9 @@ fn check(experiment: &Experiment, sections: &[Section]) -> Bounds {
             .filter(|spec| is_exact(spec))
             .map(|spec| spec.name.as_str())
             .collect();
-        for found in in_parallel(worlds.len(), |index| check_world(experiment, section, worlds[index], &exact)) {
+        for found in
+            in_order(worlds.len(), threads_available(), |index| check_world(experiment, section, worlds[index], &exact))
+        {
             all.rows += found.rows;
             all.checks += found.checks;
             all.broken.extend(found.broken);
@@ -158,8 +131,8 @@ fn check(experiment: &Experiment, sections: &[Section]) -> Bounds {
 /// Whether the planned paths of a stack are shortest ones on the same grid: an exact search with its defaults (another corner rule is
 /// another graph, another heuristic may be inadmissible), its path as it is.
 fn is_exact(spec: &StackSpec) -> bool {
-    let name = spec.global_name();
-    spec.path.is_empty() && EXACT.contains(&name) && GlobalChoice::by_name(name).ok() == spec.global
+    let Some(global) = &spec.global else { return false };
+    spec.path.is_empty() && global.entry().exact && GlobalChoice::by_name(global.name()).as_ref() == Ok(global)
 }
 
 /// The checks of one world; `exact` are the stacks whose planned paths must be equally long.
@@ -183,7 +156,7 @@ fn check_world(experiment: &Experiment, section: &Section, world: (u64, u64), ex
         if let Some(planned_m) = row.metrics.planned_length_m {
             test(planned_m >= straight_m - SLACK_M, &|| format!("{} planned {planned_m} of {straight_m} m", row.stack));
         }
-        if let (Outcome::Success, Some(length_m)) = (&row.outcome, row.metrics.length_m) {
+        if let (true, Some(length_m)) = (row.outcome.is_success(), row.metrics.length_m) {
             let is_possible = length_m + tolerance_m >= straight_m - 1e-6;
             test(is_possible, &|| format!("{} drove {length_m} of {straight_m} m", row.stack));
         }

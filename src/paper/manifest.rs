@@ -1,6 +1,6 @@
 //! What a paper is to simrun: tables to run, and claims to test on them, as data.
 //!
-//! `scenarios/papers/NAME.yaml` is read as a [`Manifest`]; its published numbers stand in a CSV beside it.
+//! `scenarios/papers/NAME.paper.yaml` is read as a [`Manifest`]; its published numbers stand in a CSV beside it.
 
 use crate::scenario::Name;
 use crate::settings::choice::choice;

@@ -10,14 +10,46 @@ pub mod manifest;
 mod published;
 mod report;
 
-pub use evidence::{Bounds, Evidence, Failures};
+pub use evidence::{Bounds, Evidence, Failures, TableEvidence};
 pub use judge::{Ruling, Verdict, judge};
 pub use manifest::Manifest;
-pub use published::{Measured, Published, measured};
+pub use published::{Measured, Published, Quantity, measured};
 pub use report::{published_csv, report, verdicts_csv};
 
-use crate::scenario::{Edit, ScenarioError, ScenarioFile};
+use crate::scenario::{Edit, ScenarioError, ScenarioFile, read_document};
+use crate::settings::choice::NameError;
+use std::io;
 use std::path::{Path, PathBuf};
+
+/// Why a paper cannot be put to the test.
+#[derive(Debug, thiserror::Error)]
+pub enum PaperError {
+    /// There is no paper, table, stack or metric of that name.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// The folder has no papers at all.
+    #[error("`{}` holds no papers; run it where the scenarios are, or name their folder with --papers", folder.display())]
+    NoPapers {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A file cannot be read.
+    #[error("cannot read `{}`: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A file of the paper is wrong in itself, or does not fit the others.
+    #[error("{}: {message}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        message: String,
+    },
+}
 
 /// A paper, read.
 #[derive(Clone, Debug)]
@@ -36,28 +68,18 @@ impl Paper {
     ///
     /// # Errors
     /// If there is no such paper (with those there are), or its files contradict each other.
-    pub fn read(folder: &Path, name: &str) -> Result<Self, String> {
+    pub fn read(folder: &Path, name: &str) -> Result<Self, PaperError> {
         let path = folder.join(format!("{name}.paper.yaml"));
-        let text = std::fs::read_to_string(&path).map_err(|error| {
-            let known = known_papers(folder);
-            let known = known.iter().map(String::as_str).collect::<Vec<_>>();
-            let which = match known.as_slice() {
-                [] => format!(
-                    "`{}` holds no papers; run it where the scenarios are, or name their folder with --papers",
-                    folder.display()
-                ),
-                known => crate::settings::choice::unknown_name("paper", name, known),
-            };
-            if error.kind() == std::io::ErrorKind::NotFound {
-                which
-            } else {
-                format!("cannot read `{}`: {error}", path.display())
-            }
+        let text = std::fs::read_to_string(&path).map_err(|source| match (source.kind(), known_papers(folder)) {
+            (io::ErrorKind::NotFound, known) if known.is_empty() => PaperError::NoPapers { folder: folder.to_owned() },
+            (io::ErrorKind::NotFound, known) => NameError::unknown("paper", name, &known).into(),
+            _ => PaperError::Read { path: path.clone(), source },
         })?;
-        let manifest: Manifest = serde_yaml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+        let refuse = |message: String| PaperError::File { path: path.clone(), message };
+        let manifest: Manifest = read_document(&text).map_err(|error| refuse(error.to_string()))?;
         let published = Published::read(&folder.join(&manifest.published))?;
         let paper = Self { name: name.to_owned(), manifest, published, folder: folder.to_owned() };
-        paper.consistent().map_err(|message| format!("{}: {message}", path.display()))?;
+        paper.consistent().map_err(refuse)?;
         Ok(paper)
     }
 

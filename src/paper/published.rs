@@ -1,12 +1,49 @@
 //! The published numbers, and what our runs say in their place.
 
+use super::PaperError;
 use super::evidence::Evidence;
 use crate::analysis::{Location, Z_95, bootstrap_interval, wilson};
 use crate::comparison::StackRows;
-use crate::episode::Outcome;
-use crate::results::{Row, metric_columns};
+use crate::results::{Known, Row, metric_column};
 use serde::Deserialize;
 use std::path::Path;
+
+/// The metric that is no measured column: success, in percent.
+pub(super) const SUCCESS: &str = "success";
+
+/// What a published number says of its metric.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// The mean of the stack.
+    Mean,
+    /// By how much the stack has more than the one it is compared with.
+    Gain,
+    /// By how much the stack has less than the one it is compared with.
+    Reduction,
+    /// The reduction in percent of the other's mean.
+    ReductionPercent,
+    /// The place of the stack by success, 1 the best.
+    Rank,
+}
+
+impl Quantity {
+    /// The name in the CSV of published numbers.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mean => "mean",
+            Self::Gain => "gain",
+            Self::Reduction => "reduction",
+            Self::ReductionPercent => "reduction_percent",
+            Self::Rank => "rank",
+        }
+    }
+
+    /// Whether it says something of the stack beside another one.
+    pub fn needs_another_stack(self) -> bool {
+        matches!(self, Self::Gain | Self::Reduction | Self::ReductionPercent)
+    }
+}
 
 /// One number that a paper printed.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -22,8 +59,8 @@ pub struct Published {
     pub against: String,
     /// A column of `episodes.csv`, or `success`.
     pub metric: String,
-    /// What of it: `mean`, `gain`, `reduction`, `reduction_percent` or `rank`.
-    pub quantity: String,
+    /// What of it.
+    pub quantity: Quantity,
     /// Its unit.
     pub unit: String,
     /// As it is printed; may be a bound (`>=0.5`) or a range.
@@ -36,10 +73,9 @@ pub struct Published {
 
 impl Published {
     /// Reads the CSV of a paper.
-    pub(super) fn read(path: &Path) -> Result<Vec<Self>, String> {
-        let shown = path.display();
-        let mut reader = csv::Reader::from_path(path).map_err(|error| format!("cannot read `{shown}`: {error}"))?;
-        reader.deserialize().collect::<Result<Vec<Self>, _>>().map_err(|error| format!("{shown}: {error}"))
+    pub(super) fn read(path: &Path) -> Result<Vec<Self>, PaperError> {
+        let read = || csv::Reader::from_path(path)?.deserialize().collect::<Result<Vec<Self>, csv::Error>>();
+        read().map_err(|error| PaperError::File { path: path.to_owned(), message: error.to_string() })
     }
 
     /// The printed value, where it is one number.
@@ -50,7 +86,7 @@ impl Published {
     /// Successes and trials behind a published rate: the whole number of trials nearest to it.
     pub fn counts(&self) -> Option<(u64, u64)> {
         let (rate, trials) = (self.number()?, self.trials?);
-        (self.metric == "success" && self.quantity == "mean")
+        (self.metric == "success" && self.quantity == Quantity::Mean)
             .then(|| ((rate * trials as f64 / 100.0).round() as u64, trials))
     }
 }
@@ -68,24 +104,20 @@ pub struct Measured {
 
 /// The value of `metric` in a row: `success` in percent, or a measured column; `None` where it is undefined.
 pub(super) fn value(row: &Row, metric: &str) -> Option<f64> {
-    if metric == "success" {
-        return (!matches!(row.outcome, Outcome::InfeasibleWorld { .. }))
-            .then(|| if row.outcome == Outcome::Success { 100.0 } else { 0.0 });
+    if metric == SUCCESS {
+        return row.outcome.is_rated().then(|| if row.outcome.is_success() { 100.0 } else { 0.0 });
     }
-    metric_columns().find(|column| column.name == metric)?.number(&row.metrics)
+    metric_column(metric).ok()?.number(&row.metrics)
 }
 
-/// Whether a metric is known before the drive, so that failures have it as well.
-pub(super) fn is_of_plan(metric: &str) -> bool {
-    matches!(
-        metric,
-        "planned_length_m" | "planned_turns" | "expanded" | "generated" | "path_nodes" | "risky_nodes" | "success"
-    )
+/// Whether failures have the metric as successes do: what is known before the drive, and success itself.
+pub(super) fn counts_failures(metric: &str) -> bool {
+    metric == SUCCESS || metric_column(metric).is_ok_and(|column| column.known == Known::Before)
 }
 
 /// The values of a stack that its mean is taken of: over the successes, or over all rows where failures have it as well.
 pub(super) fn values(stack: &StackRows, metric: &str) -> Vec<f64> {
-    let counts = |row: &&Row| is_of_plan(metric) || row.outcome == Outcome::Success;
+    let counts = |row: &&Row| counts_failures(metric) || row.outcome.is_success();
     stack.rows.values().filter(counts).filter_map(|row| value(row, metric)).collect()
 }
 
@@ -93,9 +125,9 @@ pub(super) fn values(stack: &StackRows, metric: &str) -> Vec<f64> {
 pub fn measured(number: &Published, evidence: &Evidence) -> Option<Measured> {
     let stack = evidence.stack(&number.table, &number.stack)?;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    match number.quantity.as_str() {
-        "mean" => mean_of(stack, &number.metric),
-        "rank" => {
+    match number.quantity {
+        Quantity::Mean => mean_of(stack, &number.metric),
+        Quantity::Rank => {
             let section = evidence.section(&number.table)?;
             let rate = stack.success_rate();
             let better = section.stacks.iter().filter(|other| other.success_rate() > rate).count();
@@ -103,17 +135,15 @@ pub fn measured(number: &Published, evidence: &Evidence) -> Option<Measured> {
         }
         quantity => {
             let against = evidence.stack(&number.table, &number.against)?;
-            let plan = is_of_plan(&number.metric);
-            let both = stack
-                .shared(against)
-                .filter(|(a, b)| plan || (a.outcome == Outcome::Success && b.outcome == Outcome::Success));
+            let all = counts_failures(&number.metric);
+            let both = stack.shared(against).filter(|(a, b)| all || (a.outcome.is_success() && b.outcome.is_success()));
             let pairs: Vec<(f64, f64)> =
                 both.filter_map(|(a, b)| Some((value(a, &number.metric)?, value(b, &number.metric)?))).collect();
             if pairs.is_empty() {
                 return None;
             }
-            let sign = if quantity == "gain" { 1.0 } else { -1.0 };
-            let scale = if quantity == "reduction_percent" {
+            let sign = if quantity == Quantity::Gain { 1.0 } else { -1.0 };
+            let scale = if quantity == Quantity::ReductionPercent {
                 100.0 / mean(&pairs.iter().map(|pair| pair.1).collect::<Vec<_>>())
             } else {
                 1.0
@@ -132,7 +162,7 @@ pub(super) fn mean_of(stack: &StackRows, metric: &str) -> Option<Measured> {
     if n == 0 {
         return None;
     }
-    let interval = if metric == "success" {
+    let interval = if metric == SUCCESS {
         wilson(stack.successes(), n, Z_95).map(|(low, high)| (100.0 * low, 100.0 * high))
     } else {
         bootstrap_interval(&values, Location::Mean, 0.95)

@@ -2,10 +2,9 @@
 
 use super::evidence::{Evidence, TableEvidence};
 use super::judge::{Ruling, Verdict, judge};
-use super::published::{Measured, Published, mean_of, measured};
+use super::published::{Measured, Published, Quantity, mean_of, measured};
 use super::{Paper, manifest};
 use crate::comparison::{Comparison, Format, Plan, Section, StackRows, analyse, compare_pairs, table};
-use crate::episode::Outcome;
 use std::fmt::Write as _;
 
 /// The whole report in Markdown.
@@ -105,7 +104,7 @@ fn of_table(spec: &manifest::Table, found: &TableEvidence, published: &[Publishe
 fn stacks(id: &str, section: &Section, published: &[Published]) -> String {
     let printed = |stack: &str, metric: &str| {
         let found = published.iter().find(|number| {
-            number.table == id && number.stack == stack && number.metric == metric && number.quantity == "mean"
+            number.table == id && number.stack == stack && number.metric == metric && number.quantity == Quantity::Mean
         });
         found.map_or_else(String::new, |number| format!(" ({})", number.value))
     };
@@ -226,7 +225,7 @@ fn all_mean(stack: &StackRows, get: fn(&crate::results::Row) -> Option<f64>) -> 
 
 fn given_an_encounter(stack: &StackRows) -> String {
     let met = || stack.rows.values().filter(|row| row.metrics.encounters.is_some_and(|count| count > 0));
-    let (n, k) = (met().count(), met().filter(|row| row.outcome == Outcome::Success).count());
+    let (n, k) = (met().count(), met().filter(|row| row.outcome.is_success()).count());
     if n == 0 { "-".to_owned() } else { format!("{:.1} ({k}/{n})", 100.0 * k as f64 / n as f64) }
 }
 
@@ -285,7 +284,7 @@ fn numbers(published: &[Published], evidence: &Evidence) -> String {
             number.place.clone(),
             format!("`{}`", number.table),
             number.stack.clone(),
-            format!("{} {}{against}, {}", number.metric, number.quantity, number.unit),
+            format!("{} {}{against}, {}", number.metric, number.quantity.name(), number.unit),
             number.value.clone(),
             measured(number, evidence).map_or_else(|| "-".to_owned(), shown),
             cell(&number.note),
@@ -327,7 +326,7 @@ pub fn published_csv(paper: &Paper, evidence: &Evidence) -> String {
             number.stack.clone(),
             number.against.clone(),
             number.metric.clone(),
-            number.quantity.clone(),
+            number.quantity.name().to_owned(),
             number.unit.clone(),
             number.value.clone(),
             real(ours.map(|ours| ours.value)),

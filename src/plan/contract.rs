@@ -25,9 +25,9 @@ pub struct Entry {
     pub summary: &'static str,
     /// Where it comes from: authors, title, venue, year.
     pub source: &'static str,
-    /// Whether its paths are the shortest of all 8-connected ones.
+    /// Whether its paths are the shortest ones of the grid's graph at its default parameters.
     pub exact: bool,
-    /// Whether its paths may bend anywhere and not at angles of 45° alone.
+    /// Whether its paths leave the grid's edges: consecutive vertices need not be neighbours.
     pub any_angle: bool,
     /// Whether it draws random numbers.
     pub random: bool,

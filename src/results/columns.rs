@@ -1,8 +1,12 @@
 //! The one table of columns: header, README table, reader, writer and summary all come from it.
 
-use super::row::{Row, Value, ending};
+use super::csv_rows::ending;
+use super::row::Row;
+use super::value::Value;
+use crate::analysis::Better;
 use crate::episode::Outcome;
 use crate::metrics::Metrics;
+use crate::settings::choice::NameError;
 use std::fmt::Write;
 
 /// One column of `episodes.csv`.
@@ -18,7 +22,20 @@ pub struct Column {
     pub source: &'static str,
     /// Its value when the episode failed.
     pub on_failure: &'static str,
+    /// Which way is better; `None` where neither is.
+    pub better: Option<Better>,
+    /// When its value is known.
+    pub known: Known,
     pub(super) access: Access,
+}
+
+/// When the value of a column is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Known {
+    /// Before the first tick: the world and the first plan have it, and a drive that fails has it like any other.
+    Before,
+    /// After the drive: a drive that fails has it up to its end.
+    After,
 }
 
 /// How a column reaches its value in a row.
@@ -47,6 +64,17 @@ impl Column {
     }
 }
 
+/// The column of that name that summaries describe.
+///
+/// # Errors
+/// If there is none, with the names that there are.
+pub fn metric_column(name: &str) -> Result<&'static Column, NameError> {
+    metric_columns().find(|column| column.name == name).ok_or_else(|| {
+        let known: Vec<&str> = metric_columns().map(|column| column.name).collect();
+        NameError::unknown("metric", name, &known)
+    })
+}
+
 /// The columns that summaries describe, in order.
 pub fn metric_columns() -> impl Iterator<Item = &'static Column> {
     COLUMNS.iter().filter(|column| column.is_metric())
@@ -71,11 +99,12 @@ pub fn columns() -> String {
     table
 }
 
-/// A row of the table: `kind name: "unit", "formula", "source", "value on failure"`.
+/// A row of the table: `kind name: "unit", better, known, "formula", "source", "value on failure"`. `better` is `higher`, `lower`
+/// or `none`; `known` is `before` or `after` the drive.
 ///
 /// `field` and `metric` take the struct's field of the same name, so that the two cannot differ.
 macro_rules! table {
-    ($($kind:ident $name:ident: $unit:literal, $formula:literal, $source:literal, $on_failure:literal;)*) => {
+    ($($kind:ident $name:ident: $unit:literal, $better:ident, $known:ident, $formula:literal, $source:literal, $on_failure:literal;)*) => {
         /// Every column of `episodes.csv` before those of the swept keys, in order.
         pub static COLUMNS: [Column; [$(stringify!($name)),*].len()] = [$(Column {
             name: stringify!($name),
@@ -83,58 +112,65 @@ macro_rules! table {
             formula: $formula,
             source: $source,
             on_failure: $on_failure,
+            better: table!(@better $better),
+            known: table!(@known $known),
             access: table!(@$kind $name),
         }),*];
     };
+    (@better higher) => { Some(Better::Higher) };
+    (@better lower) => { Some(Better::Lower) };
+    (@better none) => { None };
+    (@known before) => { Known::Before };
+    (@known after) => { Known::After };
     (@field $name:ident) => { Access::Field { get: |row| &row.$name, get_mut: |row| &mut row.$name } };
     (@metric $name:ident) => { Access::Metric { get: |metrics| &metrics.$name, get_mut: |metrics| &mut metrics.$name } };
     (@ending $name:ident) => { Access::Ending(ending::$name) };
 }
 
 table! {
-    field scenario: "", "name of the scenario", "", "as is";
-    field point: "", "number of the sweep point, from 0", "", "as is";
-    field stack: "", "unique name of the stack", "", "as is";
-    field global: "", "global planner; empty without one", "", "as is";
-    field path: "", "path stages joined by `+`; empty without any", "", "as is";
-    field local: "", "local planner", "", "as is";
-    field episode: "", "number of the episode, from 0; with the seed it fixes the world", "", "as is";
-    field seed: "", "seed of the scenario", "", "as is";
-    ending outcome: "", "`success`, `collision`, `timeout`, `stuck`, `no_path`, `planner_error` or `infeasible_world`", "", "as is";
-    ending message: "", "what went wrong, in words", "", "may be empty";
-    ending success: "", "1 if the goal was reached within its tolerance, before the time-out and without contact, else 0", "Arena-Rosnav, BARN", "0";
-    ending collided_with: "", "`known_static`, `unknown_static`, `dynamic` or `boundary`", "", "empty without collision";
-    ending at_rest: "", "1 if the robot stood still when it was hit, else 0", "", "empty without collision";
-    metric time_s: "s", "simulated time from the first tick until the episode ended: ticks · dt", "Arena-Rosnav", "until the end";
-    metric length_m: "m", "length of the driven path: Σ |v| dt", "all peers", "until the end";
-    metric shortest_m: "m", "lower bound of every collision-free drive: any-angle optimum of a point on the true static map, cells blocked only where the whole square lies within the inscribed radius of an obstacle; empty where it is not computed", "Anderson et al. 2018", "as is";
-    metric spl: "", "success · shortest_m / max(length_m, shortest_m)", "Anderson et al. 2018", "0; empty where shortest_m is";
-    metric planned_length_m: "m", "length of the first planned path", "Bench-MR", "empty without a path";
-    metric planned_turns: "", "interior vertices of the first planned path with a change of direction above 1e-6 rad", "Bench-MR", "empty without a path";
-    metric turning_points: "", "maximal runs of ticks with one sign of yaw rate, |ω| ≥ 0.05 rad/s, that turn the heading by at least 5°", "Bench-MR, thresholds our own", "until the end";
-    metric turning_angle_deg: "deg", "Σ |Δθ| of the driven trajectory", "HuNavSim", "until the end";
-    metric goal_error_m: "m", "distance of the robot's centre to the goal at the end", "", "at the end";
-    metric clearance_min_m: "m", "smallest distance at any moment from the footprint's edge to any obstacle; negative in penetration", "Bench-MR", "until the end";
-    metric clearance_mean_m: "m", "mean of that distance at the ends of the ticks", "Bench-MR", "until the end";
-    metric near_miss_s: "s", "time with a clearance below `metrics.near_miss_m`, judged at the end of each tick", "MRPB", "until the end";
-    metric ttc_min_s: "s", "smallest time to collision with a mover, constant twist and velocity, looked 10 s ahead; empty if none", "Hayward 1972", "until the end";
-    metric encounters: "", "movers and unknown statics whose surface came within `metrics.encounter_m`", "", "until the end";
-    metric speed_mean_mps: "m/s", "length_m / time_s; empty if no time passed", "", "until the end";
-    metric stopped_s: "s", "time with |v| < 0.01 m/s and |ω| < 0.02 rad/s", "HuNavSim", "until the end";
-    metric curvature_max_1pm: "1/m", "largest |ω / v| over the ticks with |v| ≥ 0.05 m/s; empty if there is none", "Bench-MR, of exact arcs", "until the end";
-    metric jerk_rms_mps3: "m/s³", "root mean square of the second difference of the true speed by dt²; empty below two ticks", "Navigation2 #3239", "until the end";
-    metric path_deviation_mean_m: "m", "mean distance to the path in force, over the ticks that had one", "", "until the end; empty without a path";
-    metric expanded: "", "nodes expanded by the global planner, all searches, re-expansions included", "Bench-MR, PathBench", "until the end";
-    metric generated: "", "nodes generated by the global planner, all searches", "", "until the end";
-    metric replans: "", "searches after the first", "", "until the end";
-    metric rollouts: "", "trajectories simulated by the local planner", "", "until the end";
-    metric recoveries: "", "ticks on which the local planner found no admissible command", "", "until the end";
-    metric path_nodes: "", "vertices of the first planned path, start and goal included", "Qin et al. 2026", "empty without a path";
-    metric risky_nodes: "", "vertices of the first planned path beside a segment with a clearance below half a cell", "Qin et al. 2026", "empty without a path";
-    metric turning_steps: "", "ticks with |Δθ| > 0.5°", "Zhu et al. 2025", "until the end";
-    metric ticks: "", "ticks driven", "", "until the end";
-    field world_digest: "", "digest of the world before the first tick, equal for all stacks", "", "empty without a world";
-    field trace_digest: "", "digest of everything that happened", "", "empty without a trace";
+    field scenario: "", none, before, "name of the scenario", "", "as is";
+    field point: "", none, before, "number of the sweep point, from 0", "", "as is";
+    field stack: "", none, before, "unique name of the stack", "", "as is";
+    field global: "", none, before, "global planner; empty without one", "", "as is";
+    field path: "", none, before, "path stages joined by `+`; empty without any", "", "as is";
+    field local: "", none, before, "local planner", "", "as is";
+    field episode: "", none, before, "number of the episode, from 0; with the seed it fixes the world", "", "as is";
+    field seed: "", none, before, "seed of the scenario", "", "as is";
+    ending outcome: "", none, after, "`success`, `collision`, `timeout`, `stuck`, `no_path`, `planner_error` or `infeasible_world`", "", "as is";
+    ending message: "", none, after, "what went wrong, in words", "", "may be empty";
+    ending success: "", higher, after, "1 if the goal was reached within its tolerance, before the time-out and without contact, else 0", "Arena-Rosnav, BARN", "0";
+    ending collided_with: "", none, after, "`known_static`, `unknown_static`, `dynamic` or `boundary`", "", "empty without collision";
+    ending at_rest: "", none, after, "1 if the robot stood still when it was hit, else 0", "", "empty without collision";
+    metric time_s: "s", lower, after, "simulated time from the first tick until the episode ended: ticks · dt", "Arena-Rosnav", "until the end";
+    metric length_m: "m", lower, after, "length of the driven path: Σ |v| dt", "all peers", "until the end";
+    metric shortest_m: "m", none, before, "lower bound of every collision-free drive: any-angle optimum of a point on the true static map, cells blocked only where the whole square lies within the inscribed radius of an obstacle; empty where it is not computed", "Anderson et al. 2018", "as is";
+    metric spl: "", higher, after, "success · shortest_m / max(length_m, shortest_m)", "Anderson et al. 2018", "0; empty where shortest_m is";
+    metric planned_length_m: "m", lower, before, "length of the first planned path", "Bench-MR", "empty without a path";
+    metric planned_turns: "", lower, before, "interior vertices of the first planned path with a change of direction above 1e-6 rad", "Bench-MR", "empty without a path";
+    metric turning_points: "", lower, after, "maximal runs of ticks with one sign of yaw rate, |ω| ≥ 0.05 rad/s, that turn the heading by at least 5°", "Bench-MR, thresholds our own", "until the end";
+    metric turning_angle_deg: "deg", lower, after, "Σ |Δθ| of the driven trajectory", "HuNavSim", "until the end";
+    metric goal_error_m: "m", lower, after, "distance of the robot's centre to the goal at the end", "", "at the end";
+    metric clearance_min_m: "m", higher, after, "smallest distance at any moment from the footprint's edge to any obstacle; negative in penetration", "Bench-MR", "until the end";
+    metric clearance_mean_m: "m", higher, after, "mean of that distance at the ends of the ticks", "Bench-MR", "until the end";
+    metric near_miss_s: "s", lower, after, "time with a clearance below `metrics.near_miss_m`, judged at the end of each tick", "MRPB", "until the end";
+    metric ttc_min_s: "s", higher, after, "smallest time to collision with a mover, constant twist and velocity, looked 10 s ahead; empty if none", "Hayward 1972", "until the end";
+    metric encounters: "", none, after, "movers and unknown statics whose surface came within `metrics.encounter_m`", "", "until the end";
+    metric speed_mean_mps: "m/s", higher, after, "length_m / time_s; empty if no time passed", "", "until the end";
+    metric stopped_s: "s", lower, after, "time with |v| < 0.01 m/s and |ω| < 0.02 rad/s", "HuNavSim", "until the end";
+    metric curvature_max_1pm: "1/m", lower, after, "largest |ω / v| over the ticks with |v| ≥ 0.05 m/s; empty if there is none", "Bench-MR, of exact arcs", "until the end";
+    metric jerk_rms_mps3: "m/s³", lower, after, "root mean square of the second difference of the true speed by dt²; empty below two ticks", "Navigation2 #3239", "until the end";
+    metric path_deviation_mean_m: "m", lower, after, "mean distance to the path in force, over the ticks that had one", "", "until the end; empty without a path";
+    metric expanded: "", lower, before, "nodes expanded by the global planner, all searches, re-expansions included", "Bench-MR, PathBench", "until the end";
+    metric generated: "", lower, before, "nodes generated by the global planner, all searches", "", "until the end";
+    metric replans: "", lower, after, "searches after the first", "", "until the end";
+    metric rollouts: "", lower, after, "trajectories simulated by the local planner", "", "until the end";
+    metric recoveries: "", lower, after, "ticks on which the local planner found no admissible command", "", "until the end";
+    metric path_nodes: "", lower, before, "vertices of the first planned path, start and goal included", "Qin et al. 2026", "empty without a path";
+    metric risky_nodes: "", lower, before, "vertices of the first planned path beside a segment with a clearance below half a cell", "Qin et al. 2026", "empty without a path";
+    metric turning_steps: "", lower, after, "ticks with |Δθ| > 0.5°", "Zhu et al. 2025", "until the end";
+    metric ticks: "", lower, after, "ticks driven", "", "until the end";
+    field world_digest: "", none, before, "digest of the world before the first tick, equal for all stacks", "", "empty without a world";
+    field trace_digest: "", none, after, "digest of everything that happened", "", "empty without a trace";
 }
 
 #[cfg(test)]

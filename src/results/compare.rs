@@ -1,7 +1,7 @@
 //! Where two result files part.
 
 use super::ResultsError;
-use super::row::split;
+use super::csv_rows::split;
 use std::fmt;
 use std::fs::File;
 use std::io::{BufRead, BufReader};

@@ -1,9 +1,9 @@
 //! What makes two runs the same run, and the manifest that remembers it.
 
 use super::ResultsError;
-use crate::clock;
+use crate::digest::{Digest, Fnv1a};
+use crate::{clock, scenario};
 use serde::{Deserialize, Serialize};
-use serde_yaml::Value;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::PathBuf;
@@ -48,9 +48,9 @@ impl Identity {
     pub(super) fn differences(&self, other: &Self) -> Vec<String> {
         let mut found = Vec::new();
         if self.scenario != other.scenario {
-            match (serde_yaml::from_str(&self.scenario), serde_yaml::from_str(&other.scenario)) {
-                (Ok(there), Ok(here)) => compare_values(&mut String::new(), &there, &here, &mut found),
-                _ => found.push("the scenario".to_owned()),
+            match scenario::differences(&self.scenario, &other.scenario, &["episodes"]) {
+                Some(differences) => found.extend(differences),
+                None => found.push("the scenario".to_owned()),
             }
         }
         let mut field = |what: &str, there: String, here: String| {
@@ -71,52 +71,6 @@ impl Identity {
     }
 }
 
-/// Appends the differing keys below `path`.
-fn compare_values(path: &mut String, there: &Value, here: &Value, found: &mut Vec<String>) {
-    if there == here {
-        return;
-    }
-    let length = path.len();
-    match (there, here) {
-        (Value::Mapping(a), Value::Mapping(b)) => {
-            let added = b.iter().filter(|(key, _)| !a.contains_key(*key));
-            for (key, _) in a.iter().chain(added) {
-                let name = short(key);
-                if length == 0 && name == "episodes" {
-                    continue;
-                }
-                if length > 0 {
-                    path.push('.');
-                }
-                path.push_str(&name);
-                match (a.get(key), b.get(key)) {
-                    (Some(there), Some(here)) => compare_values(path, there, here, found),
-                    (Some(there), None) => found.push(format!("`{path}`: {} there, absent here", short(there))),
-                    (None, here) => {
-                        found.push(format!("`{path}`: absent there, {} here", here.map_or_else(String::new, short)))
-                    }
-                }
-                path.truncate(length);
-            }
-        }
-        (Value::Sequence(a), Value::Sequence(b)) if a.len() == b.len() => {
-            for (index, (there, here)) in a.iter().zip(b).enumerate() {
-                path.push_str(&format!("[{index}]"));
-                compare_values(path, there, here, found);
-                path.truncate(length);
-            }
-        }
-        _ => found.push(format!("`{path}`: {} there, {} here", short(there), short(here))),
-    }
-}
-
-/// A value as one short line.
-fn short(value: &Value) -> String {
-    let text = serde_yaml::to_string(value).unwrap_or_default();
-    let line = text.trim_end().replace('\n', " ");
-    if line.chars().count() > 60 { line.chars().take(59).chain(['…']).collect() } else { line }
-}
-
 /// The running program's own file.
 fn program() -> PathBuf {
     // On Linux this is the file that runs even if a newer build has taken its place.
@@ -124,18 +78,16 @@ fn program() -> PathBuf {
     if running.exists() { running } else { std::env::current_exe().unwrap_or_default() }
 }
 
-/// FNV-1a, 64 bits (Fowler, Noll, Vo), as 16 hexadecimal digits.
+/// FNV-1a of everything in `input`.
 fn hash(mut input: impl Read) -> io::Result<String> {
-    let mut state: u64 = 0xcbf2_9ce4_8422_2325;
+    let mut hash = Fnv1a::default();
     let mut buffer = vec![0; 1 << 16];
     loop {
         let bytes = input.read(&mut buffer)?;
         if bytes == 0 {
-            return Ok(format!("{state:016x}"));
+            return Ok(Digest(hash.value()).to_string());
         }
-        for &byte in &buffer[..bytes] {
-            state = (state ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
-        }
+        hash.bytes(&buffer[..bytes]);
     }
 }
 
@@ -179,14 +131,6 @@ mod tests {
 
     fn identity(scenario: &str) -> Identity {
         Identity::new(scenario, 7, vec!["a_star+dwa".to_owned()]).unwrap()
-    }
-
-    #[test]
-    fn the_hash_is_fnv_1a() {
-        // Vectors of the authors' reference (draft-eastlake-fnv).
-        assert_eq!(hash(&b""[..]).unwrap(), "cbf29ce484222325");
-        assert_eq!(hash(&b"a"[..]).unwrap(), "af63dc4c8601ec8c");
-        assert_eq!(hash(&b"foobar"[..]).unwrap(), "85944171f73967e8");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Results: rows become bytes that are the same for every number of threads and after every interruption.
 //!
-//! A [`Folder`] owns `results/<name>/`. It hands out work in order ([`Folder::take`]), accepts the
-//! answers in any order ([`Folder::submit`]) and writes them in the one order of the contract:
+//! A [`Journal`] owns `results/<name>/`. It hands out work in order ([`Journal::take`]), accepts the
+//! answers in any order ([`Journal::submit`]) and writes them in the one order of the contract:
 //!
 //! - `episodes.csv`: one [`Row`] per episode and stack, see [`COLUMNS`];
 //! - `summary.csv`: one [`SummaryRow`] per stack and sweep point, a pure function of the bytes of `episodes.csv`;
@@ -10,18 +10,18 @@
 //! ```
 //! use simrun::episode::Outcome;
 //! use simrun::metrics::Metrics;
-//! use simrun::results::{Existing, Folder, Identity, Order, Point, Row, Timing, table};
+//! use simrun::results::{Existing, Identity, Journal, Order, Point, Row, Timing, table};
 //!
 //! # let directory = tempfile::tempdir().unwrap();
 //! let identity = Identity::new("robot: {radius_m: 0.25}", 7, vec!["a_star+dwa".to_owned()])?;
 //! let point = Point { values: vec![], stacks: vec!["a_star+dwa".to_owned()] };
 //! let order = Order::new(vec![], vec![point], 100)?;
 //!
-//! let folder = Folder::open(&directory.path().join("demo"), identity, order, Existing::Continue)?;
+//! let journal = Journal::open(&directory.path().join("demo"), identity, order, Existing::Continue)?;
 //! std::thread::scope(|scope| {
 //!     for _ in 0..2 {
 //!         scope.spawn(|| {
-//!             while let Some(block) = folder.take() {
+//!             while let Some(block) = journal.take() {
 //!                 let episode = block.episode(); // Here a world is built and driven by every stack of the point.
 //!                 let row = Row {
 //!                     scenario: "demo".to_owned(),
@@ -38,12 +38,12 @@
 //!                     trace_digest: None,
 //!                     swept: vec![],
 //!                 };
-//!                 folder.submit(block, &[(row, Timing::default())]).expect("the disk has room");
+//!                 journal.submit(block, &[(row, Timing::default())]).expect("the disk has room");
 //!             }
 //!         });
 //!     }
 //! });
-//! let summary = folder.finish()?.expect("nothing interrupted the run");
+//! let summary = journal.finish()?.expect("nothing interrupted the run");
 //! assert_eq!(summary[0].success.expect("100 trials").rate, 0.9);
 //! print!("{}", table(&summary));
 //! # Ok::<(), simrun::results::ResultsError>(())
@@ -51,24 +51,29 @@
 
 mod columns;
 mod compare;
-mod folder;
+mod csv_rows;
 mod identity;
+mod journal;
 mod order;
+mod resume;
 mod row;
 mod store;
 mod summary;
 mod table;
 mod timings;
+mod value;
 
-pub use columns::{COLUMNS, Column, columns, header, metric_columns};
+pub use crate::digest::Digest;
+pub use columns::{COLUMNS, Column, Known, columns, header, metric_column, metric_columns};
 pub use compare::{Difference, compare};
-pub use folder::{
-    Block, EPISODES_CSV, Existing, Folder, MANIFEST_JSON, Opened, SUMMARY_CSV, TIMINGS_CSV, WINDOW_BLOCKS,
-};
+pub use csv_rows::{Reader, header_line, write_row};
 pub use identity::{Identity, Launch, Manifest};
+pub use journal::{
+    Block, EPISODES_CSV, Existing, Journal, MANIFEST_JSON, Opened, SUMMARY_CSV, TIMINGS_CSV, WINDOW_BLOCKS,
+};
 pub use order::{Order, Point};
-pub use row::{Digest, Reader, Row, header_line, read_row, write_row};
-pub use summary::{Rate, Statistics, SummaryRow, summarise, write_summary};
+pub use row::Row;
+pub use summary::{Rate, Statistics, SummaryRow, summarise, summarise_rows, write_summary};
 pub use table::table;
 pub use timings::Timing;
 
@@ -169,7 +174,7 @@ pub enum ResultsError {
 
 impl ResultsError {
     /// Names what was done to which file, for `map_err`.
-    fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+    pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Io { action, path: path.to_owned(), source }
     }
 }

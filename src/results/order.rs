@@ -2,7 +2,8 @@
 
 use super::ResultsError;
 use super::columns::COLUMNS;
-use super::row::{Row, one_line};
+use super::row::Row;
+use super::value::one_line;
 use std::collections::BTreeSet;
 
 /// One point of a sweep: the values of the swept keys and the stacks that run there.

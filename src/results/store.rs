@@ -2,15 +2,18 @@
 
 use super::ResultsError;
 use crate::clock::Stopwatch;
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
+
+/// Guards a folder; it stays, and is free as soon as its owner has ended in whatever way.
+const LOCK: &str = ".lock";
 
 /// Least time between two synchronisations with the disk, s.
 const SYNC_INTERVAL_S: f64 = 1.0;
 
 /// What blocks are appended to: a file, or a test's stand-in for one.
-pub(super) trait Sink: Write {
+pub(super) trait Storage: Write {
     /// Shortens the file to `len` bytes; what is written next follows there.
     fn cut(&mut self, len: u64) -> io::Result<()>;
     /// Brings everything to the disk.
@@ -18,7 +21,7 @@ pub(super) trait Sink: Write {
 }
 
 /// A file opened for appending: writes go to its end, wherever a cut has moved it.
-impl Sink for File {
+impl Storage for File {
     fn cut(&mut self, len: u64) -> io::Result<()> {
         self.set_len(len)
     }
@@ -31,24 +34,24 @@ impl Sink for File {
 /// Appends blocks, each whole or not at all.
 #[derive(Debug)]
 pub(super) struct Appender<S> {
-    sink: S,
+    storage: S,
     /// Bytes of whole blocks.
     len: u64,
     is_dirty: bool,
     since_sync: Stopwatch,
 }
 
-impl<S: Sink> Appender<S> {
+impl<S: Storage> Appender<S> {
     /// Goes on behind the first `len` bytes; what follows them is cut.
-    pub fn new(mut sink: S, len: u64) -> io::Result<Self> {
-        sink.cut(len)?;
-        Ok(Self { sink, len, is_dirty: false, since_sync: Stopwatch::start() })
+    pub fn new(mut storage: S, len: u64) -> io::Result<Self> {
+        storage.cut(len)?;
+        Ok(Self { storage, len, is_dirty: false, since_sync: Stopwatch::start() })
     }
 
-    /// An appender to a sink that cannot be cut.
+    /// An appender to a storage that cannot be cut.
     #[cfg(test)]
-    pub fn unchecked(sink: S) -> Self {
-        Self { sink, len: 0, is_dirty: false, since_sync: Stopwatch::start() }
+    pub fn unchecked(storage: S) -> Self {
+        Self { storage, len: 0, is_dirty: false, since_sync: Stopwatch::start() }
     }
 
     /// Appends a block with one write and syncs if the last time is long ago.
@@ -57,9 +60,9 @@ impl<S: Sink> Appender<S> {
     /// If not all of it could be written; what was written of it is cut back.
     pub fn append(&mut self, block: &[u8]) -> io::Result<()> {
         // One write as a rule; more only where the system took a part of it.
-        if let Err(error) = self.sink.write_all(block) {
+        if let Err(error) = self.storage.write_all(block) {
             // If this fails too, the next start cuts the incomplete block.
-            let _ = self.sink.cut(self.len);
+            let _ = self.storage.cut(self.len);
             return Err(error);
         }
         self.len += block.len() as u64;
@@ -70,7 +73,7 @@ impl<S: Sink> Appender<S> {
     /// Brings everything appended to the disk.
     pub fn sync(&mut self) -> io::Result<()> {
         if self.is_dirty {
-            self.sink.sync()?;
+            self.storage.sync()?;
             self.is_dirty = false;
             self.since_sync = Stopwatch::start();
         }
@@ -100,6 +103,17 @@ pub(super) fn whole_lines(file: &mut File) -> io::Result<u64> {
         end = begin;
     }
     Ok(0)
+}
+
+/// Locks a folder for as long as the file that it returns is not dropped.
+pub(super) fn lock(folder: &Path) -> Result<File, ResultsError> {
+    let path = folder.join(LOCK);
+    let file = File::options().create(true).append(true).open(&path).map_err(ResultsError::io("write", &path))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(ResultsError::Locked { folder: folder.to_owned() }),
+        Err(TryLockError::Error(error)) => Err(ResultsError::io("lock", &path)(error)),
+    }
 }
 
 /// Puts a file in place as a whole: a reader sees the old content or the new, never a part.
@@ -147,7 +161,7 @@ mod tests {
         }
     }
 
-    impl Sink for &mut SmallDisk {
+    impl Storage for &mut SmallDisk {
         fn cut(&mut self, len: u64) -> io::Result<()> {
             self.content.truncate(len as usize);
             Ok(())

@@ -1,8 +1,10 @@
 //! `summary.csv`: what the rows of each stack at each sweep point have in common.
 
 use super::ReadError;
-use super::columns::{Access, metric_columns};
-use super::row::{Reader, Row, Value, one_line};
+use super::columns::metric_columns;
+use super::csv_rows::Reader;
+use super::row::Row;
+use super::value::{Value, one_line};
 use crate::analysis::{Z_95, quantile, wilson};
 use crate::episode::Outcome;
 use crate::math;
@@ -40,7 +42,7 @@ pub struct Statistics {
 
 impl Statistics {
     /// The statistics of values in the order of their rows; they are sorted on return.
-    pub(crate) fn of(values: &mut [f64]) -> Self {
+    fn of(values: &mut [f64]) -> Self {
         let n = values.len() as f64;
         let Some(mean) = (n > 0.0).then(|| values.iter().sum::<f64>() / n) else {
             return Self::default();
@@ -68,6 +70,8 @@ pub struct SummaryRow {
     pub stack: String,
     /// Episodes, infeasible worlds included.
     pub n: u64,
+    /// Of these, the episodes that rates count ([`Outcome::is_rated`]).
+    pub rated: u64,
     /// Episodes per outcome, in the order of [`Outcome::NAMES`].
     pub outcomes: [u64; Outcome::NAMES.len()],
     /// Collisions in which the robot stood still.
@@ -114,20 +118,22 @@ struct Group {
 }
 
 impl Group {
-    fn new(row: Row, keys: &[String], episodes: usize) -> Self {
+    /// A group without rows, called like `row`.
+    fn new(row: &Row, keys: &[String], episodes: usize) -> Self {
         let metrics = metric_columns().count();
         Self {
             row: SummaryRow {
-                scenario: row.scenario,
+                scenario: row.scenario.clone(),
                 point: row.point,
-                stack: row.stack,
+                stack: row.stack.clone(),
                 n: 0,
+                rated: 0,
                 outcomes: [0; Outcome::NAMES.len()],
                 collision_at_rest: 0,
                 success: None,
                 spl: None,
                 metrics: Vec::new(),
-                swept: keys.iter().cloned().zip(row.swept).collect(),
+                swept: keys.iter().cloned().zip(row.swept.iter().cloned()).collect(),
             },
             spl_sum: 0.0,
             is_spl_defined: true,
@@ -138,34 +144,28 @@ impl Group {
 
     fn add(&mut self, row: &Row) {
         self.row.n += 1;
-        let index = Outcome::NAMES.iter().position(|&name| name == row.outcome.name());
-        self.row.outcomes[index.expect("every outcome is named")] += 1;
-        self.row.collision_at_rest += u64::from(matches!(row.outcome, Outcome::Collision { at_rest: true, .. }));
-        if !matches!(row.outcome, Outcome::InfeasibleWorld { .. }) {
+        self.row.outcomes[row.outcome.index()] += 1;
+        self.row.collision_at_rest += u64::from(row.outcome.parts().at_rest == Some(&true));
+        if row.outcome.is_rated() {
+            self.row.rated += 1;
             match row.metrics.spl {
                 Some(spl) => self.spl_sum += spl,
                 // What has failed counts 0 whether it was written or not.
-                None => self.is_spl_defined &= row.outcome != Outcome::Success,
+                None => self.is_spl_defined &= !row.outcome.is_success(),
             }
         }
-        if row.outcome == Outcome::Success {
+        if row.outcome.is_success() {
             for (values, column) in self.values.iter_mut().zip(metric_columns()) {
-                if let Access::Metric { get, .. } = column.access {
-                    values.extend(get(&row.metrics).number());
-                }
+                values.extend(column.number(&row.metrics));
             }
         }
     }
 
     fn finish(mut self) -> SummaryRow {
-        let feasible = self.row.n - self.row.count("infeasible_world");
-        let successes = self.row.count("success");
-        self.row.success = wilson(successes, feasible, Z_95).map(|(low, high)| Rate {
-            rate: successes as f64 / feasible as f64,
-            low,
-            high,
-        });
-        self.row.spl = (feasible > 0 && self.is_spl_defined).then(|| self.spl_sum / feasible as f64);
+        let (rated, successes) = (self.row.rated, self.row.count("success"));
+        self.row.success =
+            wilson(successes, rated, Z_95).map(|(low, high)| Rate { rate: successes as f64 / rated as f64, low, high });
+        self.row.spl = (rated > 0 && self.is_spl_defined).then(|| self.spl_sum / rated as f64);
         self.row.metrics = self.values.iter_mut().map(|values| Statistics::of(values)).collect();
         self.row
     }
@@ -195,13 +195,21 @@ pub fn summarise(input: impl BufRead, episodes: usize) -> Result<Vec<SummaryRow>
         }
         let index = groups.iter().position(|group| group.row.stack == row.stack);
         let index = index.unwrap_or_else(|| {
-            groups.push(Group::new(row.clone(), &keys, episodes));
+            groups.push(Group::new(&row, &keys, episodes));
             groups.len() - 1
         });
         groups[index].add(&row);
     }
     summary.extend(groups.into_iter().map(Group::finish));
     Ok(summary)
+}
+
+/// Summarises rows of one stack at one sweep point; `None` without a row.
+pub fn summarise_rows<'a>(rows: impl ExactSizeIterator<Item = &'a Row>) -> Option<SummaryRow> {
+    let (count, mut rows) = (rows.len(), rows.peekable());
+    let mut group = Group::new(rows.peek()?, &[], count);
+    rows.for_each(|row| group.add(row));
+    Some(group.finish())
 }
 
 /// Writes `summary.csv`.
@@ -252,7 +260,7 @@ fn number(value: Option<f64>) -> String {
 mod tests {
     use super::*;
     use crate::metrics::Metrics;
-    use crate::results::row::{header_line, write_row};
+    use crate::results::csv_rows::{header_line, write_row};
     use crate::world::ObstacleKind;
 
     fn row(point: u32, stack: &str, outcome: Outcome, time_s: Option<f64>, spl: Option<f64>) -> Row {

@@ -115,6 +115,7 @@ mod tests {
             point,
             stack: stack.to_owned(),
             n: 121,
+            rated: 120,
             outcomes: [116, 2, 1, 1, 0, 0, 1],
             collision_at_rest: 1,
             success: Some(Rate { rate: 116.0 / 120.0, low: 0.9174, high: 0.987 }),

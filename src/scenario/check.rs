@@ -313,3 +313,97 @@ fn repeated(product: &super::Product) -> &'static str {
         "path"
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::ScenarioFile;
+
+    /// A room of 10 m by 5 m with a wall in the middle: whole at `gap` 0, else with a door of so many cells of 0.25 m.
+    fn scenario(gap: usize, more: &str) -> ScenarioFile {
+        let row = |row: usize| {
+            let is_wall = !(10..10 + gap).contains(&row);
+            format!("\"{}{}{}\"", ".".repeat(20), if is_wall { "#" } else { "." }, ".".repeat(19))
+        };
+        let rows: Vec<String> = (0..20).map(row).collect();
+        let text = format!(
+            "map: {{ascii: {{rows: [{}], resolution_m: 0.25}}}}\nstacks: {{global: [a_star], local: [dwa]}}\n{more}",
+            rows.join(", ")
+        );
+        ScenarioFile::from_text("room.yaml", text)
+    }
+
+    fn checked(file: &ScenarioFile) -> Result<(), String> {
+        file.read(&[]).and_then(|scenario| file.check(&scenario, &[])).map_err(|error| error.to_string())
+    }
+
+    const ENDS: &str = "start: [1, 2]\ngoal: [9, 2]\n";
+
+    #[test]
+    fn a_way_through_the_door_is_valid_and_a_wall_is_not() {
+        checked(&scenario(6, ENDS)).unwrap();
+        let error = checked(&scenario(0, ENDS)).unwrap_err();
+        assert!(error.contains("no path leads from the start to the goal"), "{error}");
+        assert!(error.contains("obstacles of the known map part the two"), "{error}");
+    }
+
+    #[test]
+    fn a_door_narrower_than_the_inflation_is_named_as_that() {
+        // A door of 0.5 m: the middle of it is 0.25 m from the wall, the default inflation 0.3 m.
+        let error = checked(&scenario(2, ENDS)).unwrap_err();
+        assert!(error.contains("planned paths keep 0.3 m from obstacles"), "{error}");
+        checked(&scenario(2, &format!("{ENDS}planning: {{inflation_m: 0}}"))).unwrap();
+    }
+
+    #[test]
+    fn a_start_in_the_wall_is_told_where_the_robot_fits() {
+        // The wall is the column from 5 to 5.25 m; a disc of 0.25 m fits at the centres beside it.
+        let error = checked(&scenario(0, "start: [5.05, 1.1]\ngoal: [9, 2]\n")).unwrap_err();
+        assert!(error.contains("`start`") && error.contains("room.yaml:3"), "{error}");
+        assert!(error.contains("the nearest cell where the robot fits is at [4.625, 1.125]"), "{error}");
+    }
+
+    #[test]
+    fn a_start_at_the_goal_is_refused_with_the_distance() {
+        let error = checked(&scenario(0, "start: [1, 2]\ngoal: [1.2, 2]\n")).unwrap_err();
+        assert!(error.contains("starts at its goal") && error.contains("0.2 m"), "{error}");
+        checked(&scenario(0, "start: [1, 2]\ngoal: [1.3, 2]\n")).unwrap();
+    }
+
+    #[test]
+    fn numbers_that_contradict_each_other_name_both_keys() {
+        for (more, keys) in [
+            ("limits: {reverse_speed_max_mps: 2}", ["limits.reverse_speed_max_mps", "limits.speed_max_mps"]),
+            ("metrics: {near_miss_m: 3}", ["metrics.near_miss_m", "metrics.encounter_m"]),
+            ("termination: {timeout_s: 20}", ["termination.stuck_after_s", "termination.timeout_s"]),
+        ] {
+            let error = scenario(0, more).read(&[]).unwrap_err();
+            let named: Vec<String> = error.keys().map(KeyPath::to_string).collect();
+            assert_eq!(named, keys, "{error}");
+        }
+        // Equal bounds contradict nothing.
+        scenario(0, "limits: {reverse_speed_max_mps: 1}\ntermination: {timeout_s: 30}").read(&[]).unwrap();
+    }
+
+    #[test]
+    fn an_empty_list_of_planners_is_named_by_its_key() {
+        for (stacks, key) in [
+            ("{global: [], local: [dwa]}", "stacks.global"),
+            ("{global: [a_star], local: []}", "stacks.local"),
+            ("{global: [a_star], path: [], local: [dwa]}", "stacks.path"),
+            ("[]", "stacks"),
+        ] {
+            let text = format!("map: {{empty: {{cols: 9, rows: 9}}}}\nstacks: {stacks}\n");
+            let error = ScenarioFile::from_text("empty.yaml", text).read(&[]).unwrap_err();
+            assert_eq!(error.keys().map(KeyPath::to_string).collect::<Vec<_>>(), [key], "{error}");
+        }
+    }
+
+    #[test]
+    fn a_character_of_a_text_is_found_by_line_and_column() {
+        let text = "ab\né#x\n";
+        assert_eq!(&text[span_at(text, 2, 2)], "#");
+        assert_eq!(&text[span_at(text, 2, 1)], "é");
+        assert_eq!(span_at(text, 2, 9), 6..6, "behind the line's end");
+    }
+}

@@ -18,6 +18,19 @@ pub fn load(path: impl Into<PathBuf>, edits: &[Edit]) -> Result<Scenario, Scenar
     Ok(scenario)
 }
 
+/// Why a document beside scenarios cannot be read, with the line.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct DocumentError(String);
+
+/// Reads another YAML document of simrun's, such as the manifest of a paper.
+///
+/// # Errors
+/// If it is no YAML, or not what `T` expects.
+pub fn read_document<T: serde::de::DeserializeOwned>(text: &str) -> Result<T, DocumentError> {
+    serde_yaml::from_str(text).map_err(|error| DocumentError(error.to_string()))
+}
+
 /// The text of a scenario file, kept so that errors can show the line.
 #[derive(Clone, Debug)]
 pub struct ScenarioFile {

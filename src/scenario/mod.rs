@@ -18,6 +18,7 @@
 //! ```
 
 mod check;
+mod differences;
 mod edit;
 mod error;
 mod explain;
@@ -28,12 +29,13 @@ mod shape;
 mod stacks;
 mod sweep;
 
+pub use differences::differences;
 pub use edit::Edit;
 pub use error::ScenarioError;
-pub use file::{ScenarioFile, load};
+pub use file::{DocumentError, ScenarioFile, load, read_document};
+
 pub use key_path::{KeyPath, Step};
 pub use stacks::{Global, Listed, Product, Stacks};
-
 pub use sweep::{Sweep, SweepPoint};
 
 use crate::episode::TerminationSpec;

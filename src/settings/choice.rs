@@ -7,6 +7,25 @@
 
 use serde::de::{DeserializeOwned, Error, MapAccess, value::MapDeserializer};
 
+/// Why a name cannot be taken: it stands for nothing, or for something that needs parameters as well.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct NameError(String);
+
+impl NameError {
+    /// `found` is not in `known`; the message names the nearest known one where one is near.
+    pub fn unknown(what: &str, found: &str, known: &[impl AsRef<str>]) -> Self {
+        let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
+        Self(unknown_name(what, found, &known))
+    }
+}
+
+impl Error for NameError {
+    fn custom<T: std::fmt::Display>(message: T) -> Self {
+        Self(message.to_string())
+    }
+}
+
 /// The message for a name that is not in `known`, with the nearest known one where one is near.
 pub fn unknown_name(what: &str, found: &str, known: &[&str]) -> String {
     let hint = nearest(found, known).map_or(String::new(), |name| format!(", did you mean `{name}`?"));
@@ -70,7 +89,7 @@ macro_rules! choice {
             ///
             /// # Errors
             /// If the name is unknown or a parameter has no default.
-            pub fn by_name(name: &str) -> Result<Self, serde::de::value::Error> {
+            pub fn by_name(name: &str) -> Result<Self, $crate::settings::choice::NameError> {
                 <Self as serde::Deserialize>::deserialize(serde::de::value::StrDeserializer::new(name))
             }
         }

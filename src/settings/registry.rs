@@ -34,6 +34,11 @@ macro_rules! registry {
             /// What the registry says of each kind, in the order of [`Self::NAMES`].
             pub const ENTRIES: &'static [$Entry] = &[$($module::ENTRY),+];
 
+            /// What the registry says of this one.
+            pub fn entry(&self) -> &'static $Entry {
+                match self { $(Self::$module(_) => &$module::ENTRY),+ }
+            }
+
             /// What the chosen kind does.
             pub fn kind(&self) -> &dyn $Behaviour {
                 match self { $(Self::$module(params) => params),+ }

@@ -3,43 +3,9 @@
 use super::Scene;
 use crate::geometry::Vec2;
 use crate::geometry::outline::Shape;
-use crate::math;
 use crate::world::obstacles::moving::{OnRobot, OnStatic};
 
-/// FNV-1a, 64 bit, over the little-endian bytes of 64-bit words.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::world) struct Digest(u64);
-
-impl Default for Digest {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl Digest {
-    pub(in crate::world) fn word(&mut self, word: u64) {
-        for byte in word.to_le_bytes() {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    }
-
-    pub(in crate::world) fn words<const N: usize>(&mut self, words: [u64; N]) {
-        words.into_iter().for_each(|word| self.word(word));
-    }
-
-    pub(in crate::world) fn real(&mut self, number: f64) {
-        self.word(math::canonical(number).to_bits());
-    }
-
-    pub(in crate::world) fn point(&mut self, p: Vec2) {
-        self.real(p.x);
-        self.real(p.y);
-    }
-
-    pub(in crate::world) fn value(self) -> u64 {
-        self.0
-    }
-}
+pub(in crate::world) use crate::digest::Fnv1a as Digest;
 
 impl Scene {
     /// The scene's fingerprint: equal exactly where all bits of map, start, goal and obstacles are

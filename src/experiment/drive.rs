@@ -1,0 +1,231 @@
+//! Driving: the stacks of a point through the world of one episode.
+
+use super::{Experiment, RunError, Setup};
+use crate::clock::Stopwatch;
+use crate::episode::{DT_S, Outcome, Record, Recording, Runner, Setting, Timings};
+use crate::metrics::{self, Metrics};
+use crate::plan::stack::{Stack, StackSpec};
+use crate::results::{Digest, Row, Timing};
+use crate::rng::EpisodeSeed;
+use crate::trace::{self, Trace};
+use crate::world::{Conditions, Infeasible, Scene, StaticMap};
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+
+/// What one thread keeps from block to block: memory, never knowledge.
+#[derive(Debug, Default)]
+pub struct Worker {
+    runner: Runner,
+    point: u32,
+    stacks: Vec<Option<Stack>>,
+}
+
+/// One episode with all that a picture or a trace file needs.
+#[derive(Debug)]
+pub struct Drive {
+    /// The row of `episodes.csv`.
+    pub row: Row,
+    /// World, robot and drive.
+    pub recording: Recording,
+}
+
+impl Experiment {
+    /// Drives every stack of a point through the world of one episode; each with its trace as a file in `traces` where given.
+    ///
+    /// # Errors
+    /// If a trace cannot be written.
+    pub fn run_block(
+        &self,
+        worker: &mut Worker,
+        point: u32,
+        episode: u64,
+        traces: Option<&Path>,
+    ) -> Result<Vec<(Row, Timing)>, RunError> {
+        let clock = Stopwatch::start();
+        let setup = &self.points[point as usize];
+        let scene = self.scene(point, episode);
+        let shortest_m = scene.as_ref().ok().and_then(|scene| setup.shortest_m(scene));
+        let world_s = clock.elapsed_s();
+        if worker.point != point {
+            (worker.point, worker.stacks) = (point, Vec::new());
+        }
+        worker.stacks.resize_with(setup.stacks.len(), || None);
+        let mut rows = Vec::with_capacity(setup.stacks.len());
+        for (index, spec) in setup.stacks.iter().enumerate() {
+            let Worker { runner, stacks, .. } = &mut *worker;
+            rows.push(match &scene {
+                Ok(scene) => {
+                    let measured =
+                        setup.drive(setup.seed(episode), scene, shortest_m, spec, &mut stacks[index], runner);
+                    let row = self.row(point, spec, episode, measured);
+                    if let Some(folder) = traces {
+                        self.write_trace(folder, &row, scene, &runner.record.trace)?;
+                    }
+                    let timing = timing(world_s, &mut runner.record.timings);
+                    (row, timing)
+                }
+                Err(infeasible) => {
+                    let outcome = Outcome::InfeasibleWorld { message: infeasible.message.clone() };
+                    let row = self.row(
+                        point,
+                        spec,
+                        episode,
+                        Measured { outcome, metrics: Metrics::default(), digests: None },
+                    );
+                    (row, Timing { world_s, ..Timing::default() })
+                }
+            });
+        }
+        Ok(rows)
+    }
+
+    /// Drives one stack of a point through one episode and records it in full.
+    ///
+    /// # Errors
+    /// If the episode has no feasible world.
+    pub fn drive_one(&self, point: u32, episode: u64, stack_index: usize) -> Result<Drive, Infeasible> {
+        let scene = self.scene(point, episode)?;
+        let mut runner = Runner::in_full();
+        let setup = &self.points[point as usize];
+        let spec = &setup.stacks[stack_index];
+        let measured = setup.drive(setup.seed(episode), &scene, setup.shortest_m(&scene), spec, &mut None, &mut runner);
+        let outcome = measured.outcome.clone();
+        let row = self.row(point, spec, episode, measured);
+        let Record { trace, detail, .. } = runner.record;
+        let (robot, detail) = (setup.robot.clone(), detail.unwrap_or_default());
+        Ok(Drive { row, recording: Recording { scene, robot, dt_s: DT_S, outcome, trace, detail } })
+    }
+
+    /// The world of one episode at a point.
+    ///
+    /// # Errors
+    /// If none was found within the generator's bound.
+    pub fn scene(&self, point: u32, episode: u64) -> Result<Scene, Infeasible> {
+        let Setup { scenario, scene_spec, robot, fixed_map, .. } = &self.points[point as usize];
+        let seed = self.points[point as usize].seed(episode);
+        let map = match fixed_map {
+            Some(map) => Arc::clone(map),
+            None => {
+                let grid = scenario.map.load(&self.base_dir, seed);
+                Arc::new(StaticMap::new(grid.map_err(|error| Infeasible { message: error.to_string() })?))
+            }
+        };
+        Scene::generate(scene_spec, &map, robot, scenario.planning.inflation_m(robot.radius_m), seed)
+    }
+
+    fn row(&self, point: u32, spec: &StackSpec, episode: u64, measured: Measured) -> Row {
+        let Measured { outcome, metrics, digests } = measured;
+        Row {
+            scenario: self.scenario.name.to_string(),
+            point,
+            stack: spec.name.clone(),
+            global: spec.global.as_ref().map_or_else(String::new, |global| global.name().to_owned()),
+            path: spec.path_name(),
+            local: spec.local.name().to_owned(),
+            episode,
+            seed: self.scenario.seed,
+            outcome,
+            metrics,
+            world_digest: digests.map(|(world, _)| world),
+            trace_digest: digests.map(|(_, trace)| trace),
+            swept: self.points[point as usize].values.clone(),
+        }
+    }
+
+    /// Writes `e000017_a_star+dwa.csv`, with the point in front where there are several, and what a scanner measured
+    /// to `e000017_a_star+dwa.lidar.csv`.
+    fn write_trace(&self, folder: &Path, row: &Row, scene: &Scene, trace: &Trace) -> Result<(), RunError> {
+        let point = if self.swept.is_empty() { String::new() } else { format!("p{:04}_", row.point) };
+        let stem = format!("{point}e{:06}_{}", row.episode, row.stack);
+        let write = |ending: &str, content: &dyn Fn(&mut io::BufWriter<std::fs::File>) -> io::Result<()>| {
+            let path = folder.join(format!("{stem}{ending}"));
+            let file = std::fs::File::create(&path);
+            let written = file.and_then(|file| content(&mut io::BufWriter::new(file)));
+            written.map_err(|source| RunError::Trace { path, source })
+        };
+        write(".csv", &|file| trace::write_csv(trace, scene.map.grid.frame(), DT_S, file))?;
+        if trace.ray_count > 0 {
+            write(".lidar.csv", &|file| trace::write_scans(trace, DT_S, file))?;
+        }
+        Ok(())
+    }
+}
+
+/// What came of an episode; the digests are those of world and trace.
+struct Measured {
+    outcome: Outcome,
+    metrics: Metrics,
+    digests: Option<(Digest, Digest)>,
+}
+
+impl Setup {
+    fn seed(&self, episode: u64) -> EpisodeSeed {
+        EpisodeSeed { seed: self.scenario.seed, episode }
+    }
+
+    fn shortest_m(&self, scene: &Scene) -> Option<f64> {
+        if !scene.has_a_fixed_task() {
+            return None;
+        }
+        metrics::shortest_m(scene, self.robot.inscribed_radius_m(), self.scenario.termination.goal_tolerance_m.get())
+    }
+
+    fn drive(
+        &self,
+        seed: EpisodeSeed,
+        scene: &Scene,
+        shortest_m: Option<f64>,
+        spec: &StackSpec,
+        slot: &mut Option<Stack>,
+        runner: &mut Runner,
+    ) -> Measured {
+        let scenario = &self.scenario;
+        let conditions = Conditions {
+            seed,
+            sensing: scenario.sensing.clone(),
+            localisation: scenario.localisation.clone(),
+            actuation: scenario.actuation.clone(),
+            ..Conditions::default()
+        };
+        let stack = slot.get_or_insert_with(|| spec.build(&scenario.planning));
+        let termination = &scenario.termination;
+        let outcome = runner.run(Setting { scene, robot: &self.robot, conditions: &conditions, termination }, stack);
+        if matches!(outcome, Outcome::PlannerError { .. }) {
+            *slot = None;
+        }
+        let trace = &runner.record.trace;
+        let measured = metrics::Episode {
+            scene,
+            robot: &self.robot,
+            trace,
+            success: outcome == Outcome::Success,
+            goal_tolerance_m: scenario.termination.goal_tolerance_m.get(),
+            dt_s: DT_S,
+            shortest_m,
+        };
+        Measured {
+            metrics: metrics::measure(measured, &scenario.metrics),
+            digests: Some((Digest(scene.digest()), Digest(trace::digest(trace)))),
+            outcome,
+        }
+    }
+}
+
+/// The times of one row.
+fn timing(world_s: f64, timings: &mut Timings) -> Timing {
+    let local_s = &mut timings.local_s;
+    local_s.sort_unstable_by(f64::total_cmp);
+    let quantile = |q: f64| {
+        let last = local_s.len().saturating_sub(1);
+        local_s.get((q * last as f64).round() as usize).copied().unwrap_or_default()
+    };
+    Timing {
+        world_s: world_s + timings.world_s,
+        global_s: timings.global_s,
+        local_p50_s: quantile(0.5),
+        local_p99_s: quantile(0.99),
+        local_max_s: quantile(1.0),
+        physics_s: timings.physics_s,
+    }
+}

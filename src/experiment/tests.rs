@@ -1,0 +1,105 @@
+//! Experiments in small worlds, without the command line.
+
+use super::*;
+use crate::results::{EPISODES_CSV, Existing, Opened, Row, SUMMARY_CSV};
+use std::collections::BTreeSet;
+
+const BASE: &str = "
+name: small
+map: {random: {cols: 12, rows: 12, obstacles: 12}}
+obstacles: {moving: [random: {count: 1}]}
+stacks: {global: [a_star, dijkstra], local: [dwa, pure_pursuit]}
+termination: {timeout_s: 40}
+episodes: 2
+seed: 5
+";
+
+fn experiment(more: &str) -> Experiment {
+    let file = ScenarioFile::from_text("small.yaml", format!("{BASE}{more}"));
+    Experiment::load(&file, &[]).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn rows(experiment: &Experiment, point: u32, episode: u64) -> Vec<Row> {
+    let block = experiment.run_block(&mut Worker::default(), point, episode, None).unwrap();
+    block.into_iter().map(|(row, _)| row).collect()
+}
+
+fn names(experiment: &Experiment, point: u32) -> Vec<&str> {
+    experiment.stacks(point).iter().map(|stack| stack.name.as_str()).collect()
+}
+
+#[test]
+fn a_block_has_a_row_per_stack_all_of_one_world() {
+    let experiment = experiment("");
+    assert_eq!((experiment.points(), experiment.order().unwrap().rows()), (1, 8));
+    let rows = rows(&experiment, 0, 1);
+    let stacks = ["a_star+dwa", "a_star+pure_pursuit", "dijkstra+dwa", "dijkstra+pure_pursuit"];
+    assert_eq!(rows.iter().map(|row| row.stack.as_str()).collect::<Vec<_>>(), stacks);
+    let worlds: BTreeSet<String> = rows.iter().map(|row| format!("{:?}", row.world_digest)).collect();
+    assert!(worlds.len() == 1 && rows[0].world_digest.is_some());
+    assert!(rows.iter().all(|row| (row.scenario.as_str(), row.episode, row.seed) == ("small", 1, 5)));
+}
+
+#[test]
+fn a_worker_that_has_driven_other_blocks_gives_the_same_rows() {
+    let experiment = experiment("sweep: {stacks.local.dwa.horizon_s: [1, 2]}");
+    let mut worker = Worker::default();
+    for (point, episode) in [(0, 0), (1, 1), (0, 1), (1, 0), (0, 0)] {
+        let used = experiment.run_block(&mut worker, point, episode, None).unwrap();
+        let used: Vec<Row> = used.into_iter().map(|(row, _)| row).collect();
+        assert_eq!(used, rows(&experiment, point, episode), "point {point}, episode {episode}");
+    }
+}
+
+#[test]
+fn a_drive_alone_is_the_row_of_its_block() {
+    let experiment = experiment("");
+    for (index, row) in rows(&experiment, 0, 0).into_iter().enumerate() {
+        assert_eq!(experiment.drive_one(0, 0, index).unwrap().row, row);
+    }
+}
+
+#[test]
+fn only_the_stacks_that_are_kept_run_and_an_unknown_one_is_refused() {
+    let mut experiment = experiment("");
+    let error = experiment.keep_stacks(&["a_star+dwaa".to_owned()]).unwrap_err().to_string();
+    assert!(error.contains("did you mean `a_star+dwa`?"), "{error}");
+    assert_eq!(experiment.stacks(0).len(), 4, "nothing changed");
+    let all = rows(&experiment, 0, 0);
+    experiment.keep_stacks(&["dijkstra+dwa".to_owned(), "a_star+dwa".to_owned()]).unwrap();
+    assert_eq!(names(&experiment, 0), ["a_star+dwa", "dijkstra+dwa"], "in the scenario's order");
+    assert_eq!(rows(&experiment, 0, 0), [all[0].clone(), all[2].clone()]);
+}
+
+#[test]
+fn a_world_that_cannot_be_is_a_row_for_every_stack() {
+    let text =
+        "map: {random: {cols: 8, rows: 8, obstacles: 62}}\nstacks: {global: [a_star], local: [dwa, pure_pursuit]}\n";
+    let experiment = Experiment::load(&ScenarioFile::from_text("full.yaml", text), &[]).unwrap();
+    let rows = rows(&experiment, 0, 0);
+    assert_eq!(rows.iter().map(|row| row.outcome.name()).collect::<Vec<_>>(), ["infeasible_world"; 2]);
+    assert!(rows.iter().all(|row| row.world_digest.is_none() && !row.outcome.message().is_empty()));
+}
+
+#[test]
+fn a_session_that_stops_is_finished_by_the_next_one_to_the_same_bytes() {
+    let experiment = experiment("sweep: {limits.speed_max_mps: [0.5, 1]}");
+    let scratch = tempfile::tempdir().unwrap();
+    let read = |folder: &str| {
+        [EPISODES_CSV, SUMMARY_CSV].map(|file| std::fs::read(scratch.path().join(folder).join(file)).unwrap())
+    };
+    let open = |folder: &str| Session::open(&experiment, &scratch.path().join(folder), Existing::Continue).unwrap();
+    let whole = open("whole");
+    whole.run(1, None, || {}).unwrap();
+    assert_eq!(whole.finish().unwrap().unwrap().len(), 8, "a summary of every stack at every point");
+
+    let session = open("parts");
+    session.run(1, None, || session.stop()).unwrap();
+    assert_eq!((session.blocks_done(), session.finish().unwrap()), (1, None));
+    let session = open("parts");
+    assert_eq!(session.opened(), Opened::Resume { blocks_done: 1 });
+    session.run(3, None, || {}).unwrap();
+    session.finish().unwrap().unwrap();
+    assert_eq!(read("parts"), read("whole"));
+    assert_eq!(open("parts").opened(), Opened::Complete);
+}
