@@ -224,10 +224,8 @@ impl Reader<'_> {
                 let at = at + 1 + usize::from(self.get(at + 1) == Some(&Colons));
                 return self.tree(at, &[], at);
             }
-            Word(_) if at == 0 || !self.continues_a_path(at) => {
-                if self.get(at + 1) == Some(&Colons) {
-                    return self.path(at);
-                }
+            Word(_) if self.get(at + 1) == Some(&Colons) && (at == 0 || !self.continues_a_path(at)) => {
+                return self.path(at);
             }
             _ => {}
         }

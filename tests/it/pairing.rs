@@ -137,9 +137,7 @@ fn variants(key: &str, node: &Value, now: &Value) -> Vec<Variant> {
             push(numbers(node, now), true);
         } else if is_of_type(node, "string") {
             push(vec![json!("other"), json!("another")], true);
-        } else if is_of_type(node, "array") {
-            push(vec![least(node)], false);
-        } else if is_of_type(node, "object") {
+        } else if is_of_type(node, "array") || is_of_type(node, "object") {
             push(vec![least(node)], false);
         }
     }
