@@ -3,10 +3,10 @@
 # requires-python = ">=3.10"
 # dependencies = ["matplotlib>=3.8"]
 # ///
-"""Plots how simrun's cost grows, from the tables that the benches and scripts/time_threads write.
+"""Plots how simrun's cost grows, from the tables that the benches and scripts/time_threads.py write.
 
     cargo run --release -p simrun-benches -- --csv docs/performance/benches.csv
-    scripts/time_threads --csv docs/performance/threads.csv
+    scripts/time_threads.py --csv docs/performance/threads.csv
     uv run scripts/plot_growth.py docs/performance -o docs/performance/growth.svg
 """
 
@@ -77,4 +77,5 @@ def spread(axis, xs, lines):
     axis.errorbar(xs, middle, yerr=[below, above], marker="o", capsize=3, color="C0")
 
 
-main()
+if __name__ == "__main__":
+    main()

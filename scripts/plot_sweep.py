@@ -93,4 +93,5 @@ def is_number(text):
     return True
 
 
-main()
+if __name__ == "__main__":
+    main()

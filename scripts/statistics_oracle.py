@@ -2,7 +2,7 @@
 # requires-python = ">=3.11"
 # dependencies = ["scipy==1.17.1", "statsmodels==0.15.0"]
 # ///
-"""Writes tests/data/statistics_oracle.csv: what SciPy says to inputs that tests/statistics_oracle.rs repeats.
+"""Writes tests/data/statistics_oracle.csv: what SciPy says to inputs that tests/it/statistics_oracle.rs repeats.
 
     uv run scripts/statistics_oracle.py > tests/data/statistics_oracle.csv
 

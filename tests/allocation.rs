@@ -1,6 +1,6 @@
 //! Our code allocates nothing in a tick: counted by the allocator itself, rapier's own step apart.
 //!
-//! A binary of its own, with one test: the count is of the whole process.
+//! A binary of its own, with one test, and no module of `it`: the allocator is that of the whole process, and so is the count.
 
 #![expect(unsafe_code, reason = "an allocator that counts has to be one")]
 #![expect(clippy::print_stderr, reason = "says what rapier allocates")]

@@ -1,23 +1,15 @@
 //! Every fault a scenario can have, one file each, with the message that a user gets.
 //!
-//! `SIMRUN_BLESS=1 cargo test --test bad_scenarios` writes the messages anew. Read each of them: would
+//! `SIMRUN_BLESS=1 cargo test --release --test it bad_scenarios::` writes the messages anew. Read each of them: would
 //! someone who has never seen simrun know what to do? Comment lines `# --set a.b=x` at the top of a
 //! file are given as options.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot read its own files has failed")]
-
+use super::support::{files, is_blessing, root};
 use simrun::scenario::{Edit, load};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-fn fixtures() -> Vec<PathBuf> {
-    let mut files: Vec<PathBuf> = std::fs::read_dir("tests/bad_scenarios")
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "yaml"))
-        .collect();
-    files.sort();
-    files
-}
+/// Their names are relative, as messages name the file as it was given; cargo runs tests in the folder of the package.
+const FOLDER: &str = "tests/bad_scenarios";
 
 /// The message for a scenario file, which must be refused.
 fn message(file: &Path) -> String {
@@ -32,14 +24,11 @@ fn message(file: &Path) -> String {
 
 #[test]
 fn every_bad_scenario_gets_the_message_written_beside_it() {
-    let bless = std::env::var_os("SIMRUN_BLESS").is_some();
     let mut differing = Vec::new();
-    let files = fixtures();
-    assert!(files.len() > 30);
-    for file in files {
+    for file in files(Path::new(FOLDER), "yaml") {
         let message = message(&file);
         let expected_file = file.with_extension("stderr");
-        if bless && message != "accepted\n" {
+        if is_blessing() && message != "accepted\n" {
             std::fs::write(&expected_file, &message).unwrap();
         } else if std::fs::read_to_string(&expected_file).ok().as_ref() != Some(&message) {
             differing.push(format!("{}:\n{message}", file.display()));
@@ -54,9 +43,9 @@ fn every_bad_scenario_gets_the_message_written_beside_it() {
 }
 
 #[test]
-fn no_expected_message_is_left_without_its_scenario() {
-    for entry in std::fs::read_dir("tests/bad_scenarios").unwrap() {
-        let path = entry.unwrap().path();
-        assert!(path.extension().is_none_or(|e| e != "stderr") || path.with_extension("yaml").exists(), "{path:?}");
-    }
+fn scenarios_and_expected_messages_come_in_pairs() {
+    let stems = |ending| files(&root().join(FOLDER), ending).iter().map(|file| file.with_extension("")).collect();
+    let [scenarios, messages]: [Vec<_>; 2] = ["yaml", "stderr"].map(stems);
+    assert_eq!(scenarios, messages);
+    assert!(scenarios.len() >= 77, "{} fixtures: where did the others go?", scenarios.len());
 }

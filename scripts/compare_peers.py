@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Times simrun beside peers that are written for Python, on the same scenes and the same core.
 
-    scripts/compare_peers                            table on the screen
-    scripts/compare_peers --csv peers.csv --pairs 9
+    scripts/compare_peers.py                         table on the screen
+    scripts/compare_peers.py --csv peers.csv --pairs 9
 
 The peers are installed by name, each at the version stated below, into an environment that is thrown away afterwards
 (--environment FOLDER keeps it). The two sides run in turn, A B A B; each pair gives a ratio, and what counts is the
@@ -20,7 +20,8 @@ import subprocess
 import sys
 import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+from release import ROOT, build
+
 SCENES = ROOT / "benches" / "scenes"
 PEERS = ROOT / "scripts" / "peers"
 PACKAGES = [
@@ -63,14 +64,13 @@ def main():
     if not wanted:
         sys.exit(f"no comparison contains {args.only!r}")
 
-    build = ["cargo", "build", "--release", "--quiet", "--package", "simrun-benches"]
-    subprocess.run(build, cwd=ROOT, check=True)
+    benches = build("simrun-benches")
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         python = environment(pathlib.Path(args.environment) if args.environment else folder / "environment")
         rows = []
         for comparison in wanted:
-            rows.append(compare(comparison, python, folder, args))
+            rows.append(compare(comparison, benches, python, folder, args))
             print("  ".join(f"{str(value):<{width}}" for value, width in zip(rows[-1], WIDTHS)), flush=True)
     if args.csv:
         with open(args.csv, "w", newline="") as file:
@@ -89,11 +89,11 @@ def environment(folder):
     return python
 
 
-def compare(comparison, python, folder, args):
+def compare(comparison, benches, python, folder, args):
     job, row, scene, peer, (call, last), target = comparison
     pairs = []
     for _ in range(args.pairs):
-        pairs.append((ours(row, scene, folder, args.core), theirs(python, [*call, args.core, *last])))
+        pairs.append((ours(benches, row, scene, folder, args.core), theirs(python, [*call, args.core, *last])))
     ratios = [theirs / ours for ours, theirs in pairs]
     median = statistics.median
     verdict = "" if target is None else "met" if median(ratios) >= target else "MISSED"
@@ -102,10 +102,10 @@ def compare(comparison, python, folder, args):
     return [job, ours_us, peer, theirs_us, *figures, args.pairs, target or "", verdict]
 
 
-def ours(row, scene, folder, core):
+def ours(benches, row, scene, folder, core):
     """Microseconds of simrun, by its bench."""
     table = folder / "ours.csv"
-    bench = [ROOT / "target" / "release" / "simrun-benches", "--pairs", 3, "--core", core, "--csv", table, row]
+    bench = [benches, "--pairs", 3, "--core", core, "--csv", table, row]
     output([str(word) for word in bench])
     with open(table, newline="") as file:
         return next(float(line["ours_us"]) for line in csv.DictReader(file) if (line["row"], line["input"]) == (row, scene))

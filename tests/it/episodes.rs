@@ -1,7 +1,5 @@
 //! How episodes end, with planners written outside the crate.
 
-#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
-
 use simrun::episode::{DT_S, Outcome, Runner, Setting, TerminationSpec};
 use simrun::geometry::{Pose, Twist, Vec2};
 use simrun::map::OccupancyGrid;

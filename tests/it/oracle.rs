@@ -1,33 +1,23 @@
 //! Global planners against the published optima of the MovingAI benchmarks.
 //!
-//! The data lie beside the repository (`../shared/benchmarks`); without them the tests say so and
-//! pass. The larger maps are asked every tenth query unless SIMRUN_FULL=1.
+//! Two small maps are shipped in `tests/data/movingai`; the others lie beside the repository (`../shared/benchmarks`), and
+//! without them the output says which tests were skipped. The larger maps are asked every tenth query unless SIMRUN_FULL=1.
 
-use simrun::map::{Cell, DistanceField, OccupancyGrid, movingai};
+use super::support::{benchmarks, is_full, root};
+use simrun::map::formats::movingai;
+use simrun::map::{Cell, DistanceField, OccupancyGrid};
 use simrun::plan::PlanningGrid;
 use simrun::plan::contract::{GlobalPlanner, Problem};
 use simrun::plan::global::GlobalChoice;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// A folder of the benchmark data, if they are there.
-#[expect(clippy::print_stderr, reason = "a test that did not run says so")]
-fn benchmarks(folder: &str) -> Option<PathBuf> {
-    let found = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/benchmarks").join(folder);
-    if !found.is_dir() {
-        eprintln!("skipped: ../shared/benchmarks not found");
-        return None;
-    }
-    Some(found)
+fn shipped() -> PathBuf {
+    root().join("tests/data/movingai")
 }
 
-fn is_full() -> bool {
-    std::env::var_os("SIMRUN_FULL").is_some_and(|value| value == "1")
-}
-
-fn read(folder: &str, name: &str) -> String {
-    let file = benchmarks(folder).expect("looked for already").join(name);
-    fs::read_to_string(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
+fn read(file: &Path) -> String {
+    fs::read_to_string(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
 }
 
 /// A query with its optimum and how far a correct answer may be from it, in cells.
@@ -38,11 +28,11 @@ struct Question {
     tolerance: f64,
 }
 
-/// The map and the questions of a scenario file.
-fn load(folder: &str, scen: &str) -> (OccupancyGrid, Vec<Question>) {
-    let text = read(folder, scen);
+/// The map and the questions of a scenario file; the map lies in the folder `maps`.
+fn load(scen: &Path, maps: &Path) -> (OccupancyGrid, Vec<Question>) {
+    let text = read(scen);
     let map_name = text.lines().nth(1).and_then(|line| line.split('\t').nth(1)).expect("a map column");
-    let map = movingai::parse(&read("movingai", map_name.rsplit('/').next().expect("a name"))).expect("a valid map");
+    let map = movingai::parse(&read(&maps.join(map_name.rsplit('/').next().expect("a name")))).expect("a valid map");
     let printed: Vec<&str> = text.lines().skip(1).filter_map(|line| line.split('\t').next_back()).collect();
     let queries = movingai::parse_queries(&text).expect("valid queries");
     assert_eq!(printed.len(), queries.len());
@@ -102,11 +92,8 @@ impl Planners {
 }
 
 /// Asks `names` every `stride`-th question of a file; both sides of the optimum are wrong.
-fn check_optima(scen: &str, names: &[&str], stride: usize) {
-    if benchmarks("movingai").is_none() {
-        return;
-    }
-    let (map, questions) = load("movingai", scen);
+fn check_optima(folder: &Path, scen: &str, names: &[&str], stride: usize) {
+    let (map, questions) = load(&folder.join(scen), folder);
     let mut planners = Planners::on(&map);
     let stride = if is_full() { 1 } else { stride };
     for name in names {
@@ -119,7 +106,7 @@ fn check_optima(scen: &str, names: &[&str], stride: usize) {
     }
 }
 
-/// The planners whose entry promises shortest paths; `dijkstra` is the first of them.
+/// The planners that promise shortest paths.
 fn exact() -> Vec<&'static str> {
     let planners = GlobalChoice::NAMES.iter().zip(GlobalChoice::ENTRIES);
     planners.filter(|(_, entry)| entry.exact).map(|(name, _)| *name).collect()
@@ -132,68 +119,83 @@ fn the_planners_that_promise_shortest_paths_are_these() {
 }
 
 #[test]
+fn the_shipped_maps_have_the_published_optima() {
+    for scen in ["random-32-32-20-random-1.scen", "random-32-32-20-even-1.scen", "maze-32-32-4-random-1.scen"] {
+        check_optima(&shipped(), scen, &exact(), 1);
+    }
+}
+
+#[test]
 fn small_maps_have_the_published_optima() {
-    for scen in [
-        "random-32-32-20-random-1.scen",
-        "random-32-32-20-even-1.scen",
-        "maze-32-32-4-random-1.scen",
-        "room-64-64-8-random-1.scen",
-        "warehouse-10-20-10-2-1-random-1.scen",
-        "arena.map.scen",
-    ] {
-        check_optima(scen, &exact(), 1);
+    let Some(folder) = benchmarks("movingai") else { return };
+    for scen in ["room-64-64-8-random-1.scen", "warehouse-10-20-10-2-1-random-1.scen", "arena.map.scen"] {
+        check_optima(&folder, scen, &exact(), 1);
     }
 }
 
 #[test]
 fn the_game_map_has_the_published_optima() {
-    check_optima("lak303d.map.scen", &exact(), 10);
+    let Some(folder) = benchmarks("movingai") else { return };
+    check_optima(&folder, "lak303d.map.scen", &exact(), 10);
 }
 
 #[test]
 fn the_city_map_has_the_published_optima() {
-    check_optima("Berlin_0_256.map.scen", &exact(), 10);
+    let Some(folder) = benchmarks("movingai") else { return };
+    check_optima(&folder, "Berlin_0_256.map.scen", &exact(), 10);
 }
 
 #[test]
 fn the_random_map_has_the_published_optima() {
-    check_optima("random512-20-0.map.scen", &exact(), 10);
+    let Some(folder) = benchmarks("movingai") else { return };
+    check_optima(&folder, "random512-20-0.map.scen", &exact(), 10);
 }
 
 #[test]
 fn the_rooms_have_the_published_optima() {
-    check_optima("16room_000.map.scen", &exact(), 10);
+    let Some(folder) = benchmarks("movingai") else { return };
+    check_optima(&folder, "16room_000.map.scen", &exact(), 10);
 }
 
 #[test]
 fn the_maze_has_the_published_optima() {
-    check_optima("maze512-8-0.map.scen", &exact(), 10);
+    let Some(folder) = benchmarks("movingai") else { return };
+    check_optima(&folder, "maze512-8-0.map.scen", &exact(), 10);
+}
+
+/// Asks theta_star every question of a file of any-angle optima, which may touch obstacles; our sight may not: in narrow
+/// places the paths differ by more than the planner.
+#[expect(clippy::print_stdout, reason = "how near the paths come is a figure to report, not to assert")]
+fn check_any_angle(folder: &Path, maps: &Path, name: &str) {
+    let (map, questions) = load(&folder.join(format!("{name}.anyangle-centre.scen")), maps);
+    let mut planners = Planners::on(&map);
+    let mut planner = GlobalChoice::by_name("theta_star").expect("defaults").build();
+    let (mut sum, mut worst, mut count) = (0.0, 1.0, 0.0);
+    for question in &questions {
+        let found = planners.solve(&mut *planner, question);
+        assert!(found >= question.optimum - 1e-8, "{name}: {found}, optimum {}", question.optimum);
+        let in_sight = |pair: &[Cell]| planners.grid.line_of_sight_cells(pair[0], pair[1]);
+        assert!(planners.path.windows(2).all(in_sight), "{name}");
+        if question.optimum > 0.0 {
+            let ratio = found / question.optimum;
+            sum += ratio;
+            count += 1.0;
+            worst = if ratio > worst { ratio } else { worst };
+        }
+    }
+    println!("theta_star on {name}: length / any-angle optimum mean {:.5}, max {worst:.5}", sum / count);
 }
 
 #[test]
-#[expect(clippy::print_stdout, reason = "how near the paths come is a figure to report, not to assert")]
+fn theta_star_paths_on_the_shipped_map_are_in_sight_and_never_shorter_than_the_any_angle_optimum() {
+    check_any_angle(&shipped(), &shipped(), "random-32-32-20");
+}
+
+#[test]
 fn theta_star_paths_are_in_sight_and_never_shorter_than_the_any_angle_optimum() {
-    if benchmarks("anyangle").is_none() {
-        return;
-    }
-    // The optimum may touch obstacles, our sight may not: in narrow places the paths differ by more than the planner.
-    for name in ["arena", "random-32-32-20", "room-64-64-8", "Berlin_0_256"] {
-        let (map, questions) = load("anyangle", &format!("{name}.anyangle-centre.scen"));
-        let mut planners = Planners::on(&map);
-        let mut planner = GlobalChoice::by_name("theta_star").expect("defaults").build();
-        let (mut sum, mut worst, mut count) = (0.0, 1.0, 0.0);
-        for question in &questions {
-            let found = planners.solve(&mut *planner, question);
-            assert!(found >= question.optimum - 1e-8, "{name}: {found}, optimum {}", question.optimum);
-            let in_sight = |pair: &[Cell]| planners.grid.line_of_sight_cells(pair[0], pair[1]);
-            assert!(planners.path.windows(2).all(in_sight), "{name}");
-            if question.optimum > 0.0 {
-                let ratio = found / question.optimum;
-                sum += ratio;
-                count += 1.0;
-                worst = if ratio > worst { ratio } else { worst };
-            }
-        }
-        println!("theta_star on {name}: length / any-angle optimum mean {:.5}, max {worst:.5}", sum / count);
+    let Some(folder) = benchmarks("anyangle") else { return };
+    let maps = folder.with_file_name("movingai");
+    for name in ["arena", "room-64-64-8", "Berlin_0_256"] {
+        check_any_angle(&folder, &maps, name);
     }
 }

@@ -1,19 +1,14 @@
 //! Results compared byte for byte with those of `results/reference/`, and with themselves: other
 //! thread counts, another order of work, a kill in the middle.
 //!
-//! `SIMRUN_BLESS=1 cargo test --test reference` writes the references anew; say in the changelog what moved and why.
+//! `SIMRUN_BLESS=1 cargo test --release --test it reference::` writes the references anew; say in the changelog what moved and why.
 
-#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
-
+use super::support::{is_blessing, root};
 use simrun::experiment::{Experiment, Session};
 use simrun::results::{EPISODES_CSV, Existing, SUMMARY_CSV, compare};
 use simrun::scenario::{Edit, ScenarioFile};
 use std::fs;
 use std::path::{Path, PathBuf};
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
 
 fn experiment(name: &str, episodes: u32) -> Experiment {
     let file = ScenarioFile::open(root().join(format!("scenarios/{name}.yaml"))).unwrap();
@@ -54,7 +49,7 @@ fn reference_results_have_not_moved() {
         let fresh = scratch.path().join(name);
         run(&experiment(name, episodes), &fresh, 2, None);
         let reference: PathBuf = root().join("results/reference").join(name);
-        if std::env::var_os("SIMRUN_BLESS").is_some() {
+        if is_blessing() {
             fs::create_dir_all(&reference).unwrap();
             for file in [EPISODES_CSV, SUMMARY_CSV] {
                 fs::copy(fresh.join(file), reference.join(file)).unwrap();

@@ -1,8 +1,6 @@
 //! `simrun analyze` as a user meets it, on tables made by hand and against SciPy's numbers.
 
-#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
-
-use assert_cmd::Command;
+use super::support::{Answer, root, simrun};
 use simrun::episode::Outcome;
 use simrun::metrics::Metrics;
 use simrun::results::{Digest, Row, header_line, write_row};
@@ -46,10 +44,8 @@ fn two(folder: &Path, name: &str, first: &[Option<f64>], second: &[Option<f64>])
 }
 
 fn analyze(arguments: &[&str], files: &[&Path]) -> (String, String, i32) {
-    let mut command = Command::cargo_bin("simrun").unwrap();
-    let output = command.env("NO_COLOR", "1").arg("analyze").args(files).args(arguments).output().unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (text(output.stdout), text(output.stderr), output.status.code().unwrap())
+    let Answer { code, stdout, stderr } = simrun(root()).arg("analyze").args(files).args(arguments).answer();
+    (stdout, stderr, code)
 }
 
 /// A field of the line of a test in the CSV.
@@ -65,7 +61,7 @@ fn field(csv: &str, metric: &str, name: &str) -> String {
 #[test]
 fn the_signed_rank_test_of_lengths_is_scipys() {
     let scratch = tempfile::tempdir().unwrap();
-    let mut reader = csv::Reader::from_path("tests/data/statistics_oracle.csv").unwrap();
+    let mut reader = csv::Reader::from_path(root().join("tests/data/statistics_oracle.csv")).unwrap();
     let numbers = |text: &str| text.split_whitespace().map(|x| x.parse().unwrap()).collect::<Vec<f64>>();
     let mut cases = 0;
     for case in reader.records().map(Result::unwrap).filter(|case| &case[0] == "signed_rank") {

@@ -1,22 +1,13 @@
 //! `simrun plan` and `simrun map` as a user meets them; with the benchmarks beside the repository also against published optima.
 
-#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
-
-use assert_cmd::Command;
+use super::support::{Answer, benchmarks, root, simrun};
 use std::fs;
-use std::path::{Path, PathBuf};
-
-fn simrun(folder: &Path) -> Command {
-    let mut command = Command::cargo_bin("simrun").unwrap();
-    command.current_dir(folder).env("NO_COLOR", "1");
-    command
-}
+use std::path::Path;
 
 /// Exit code, stdout, stderr.
 fn run(folder: &Path, args: &[&str]) -> (i32, String, String) {
-    let output = simrun(folder).args(args).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+    let Answer { code, stdout, stderr } = simrun(folder).args(args).answer();
+    (code, stdout, stderr)
 }
 
 /// 8 columns, 4 rows; a wall with a gap on top.
@@ -111,28 +102,12 @@ fn maps_are_described_and_survive_a_change_of_format() {
     assert_eq!(run(scratch.path(), &["map", "convert", "hall.map", "hall.bmp"]).0, 2);
 }
 
-/// The benchmark data, if they are there.
-#[expect(clippy::print_stderr, reason = "a test that did not run says so")]
-fn benchmarks() -> Option<PathBuf> {
-    let found = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/benchmarks");
-    if !found.is_dir() {
-        eprintln!("skipped: ../shared/benchmarks not found");
-        return None;
-    }
-    Some(found)
-}
-
-#[test]
-fn real_maps_have_their_known_optima() {
-    let Some(folder) = benchmarks() else { return };
-    for (map, option, queries, count) in [
-        ("ros_maps/depot.yaml", "--queries", "ros_maps/depot.queries.tsv", 50),
-        ("ros_maps/tb3_sandbox.yaml", "--queries", "ros_maps/tb3_sandbox.queries.tsv", 50),
-        ("movingai/arena.map", "--scen", "movingai/arena.map.scen", 160),
-    ] {
+/// Plans every query of a file with two planners; each answer must be as long as the file says.
+fn check_optima(folder: &Path, queries: &[(&str, &str, &str, usize)]) {
+    for &(map, option, queries, count) in queries {
         let path = |name: &str| folder.join(name).to_string_lossy().into_owned();
         let args = ["plan", &path(map), option, &path(queries), "--global", "a_star,dijkstra"];
-        let (code, out, err) = run(&folder, &args);
+        let (code, out, err) = run(folder, &args);
         assert_eq!(code, 0, "{err}");
         for planner in ["a_star", "dijkstra"] {
             let expected = format!(
@@ -142,4 +117,33 @@ fn real_maps_have_their_known_optima() {
         }
         assert_eq!(out.lines().count(), 1 + 2 * count);
     }
+}
+
+#[test]
+fn the_shipped_maps_have_their_published_optima() {
+    check_optima(
+        &root().join("tests/data/movingai"),
+        &[
+            ("random-32-32-20.map", "--scen", "random-32-32-20-random-1.scen", 409),
+            ("maze-32-32-4.map", "--scen", "maze-32-32-4-random-1.scen", 395),
+        ],
+    );
+}
+
+#[test]
+fn real_maps_have_their_known_optima() {
+    let Some(folder) = benchmarks("ros_maps") else { return };
+    check_optima(
+        &folder,
+        &[
+            ("depot.yaml", "--queries", "depot.queries.tsv", 50),
+            ("tb3_sandbox.yaml", "--queries", "tb3_sandbox.queries.tsv", 50),
+        ],
+    );
+}
+
+#[test]
+fn a_game_map_has_its_published_optima() {
+    let Some(folder) = benchmarks("movingai") else { return };
+    check_optima(&folder, &[("arena.map", "--scen", "arena.map.scen", 160)]);
 }

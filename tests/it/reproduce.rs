@@ -1,8 +1,6 @@
 //! `simrun reproduce` on a made-up paper whose verdicts are known, and on those that are shipped.
 
-#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
-
-use assert_cmd::Command;
+use super::support::{Answer, root, simrun};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -98,10 +96,9 @@ fn write_paper(folder: &Path, paper: &str, numbers: &str) {
 }
 
 fn reproduce(folder: &Path, paper: &str, arguments: &[&str]) -> (String, i32) {
-    let mut command = Command::cargo_bin("simrun").unwrap();
-    command.current_dir(folder).env("NO_COLOR", "1").args(["reproduce", paper, "--out", "out"]).args(arguments);
-    let output = command.output().unwrap();
-    (String::from_utf8(output.stderr).unwrap(), output.status.code().unwrap())
+    let Answer { code, stderr, .. } =
+        simrun(folder).args(["reproduce", paper, "--out", "out"]).args(arguments).answer();
+    (stderr, code)
 }
 
 /// Two columns of a CSV, the first as keys.
@@ -213,7 +210,7 @@ fn what_does_not_fit_together_is_refused_before_anything_runs() {
 #[test]
 fn the_shipped_papers_run() {
     let scratch = tempfile::tempdir().unwrap();
-    let papers = format!("{}/scenarios/papers", env!("CARGO_MANIFEST_DIR"));
+    let papers = root().join("scenarios/papers").display().to_string();
     let (error, code) = reproduce(scratch.path(), "gao2025", &["--papers", &papers, "--episodes", "1", "--quiet"]);
     assert_eq!((code, error.as_str()), (0, ""));
     let verdicts = columns(&scratch.path().join("out/verdicts.csv"), 0, 2);

@@ -1,27 +1,19 @@
 //! The command as a user meets it: what it prints, what it writes, how it exits.
 
-#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
-
-use assert_cmd::Command;
+use super::support::{Simrun, files, root, simrun};
 use std::fs;
-use std::path::Path;
+use std::path::PathBuf;
 
-fn simrun(folder: &Path) -> Command {
-    let mut command = Command::cargo_bin("simrun").unwrap();
-    command.current_dir(folder).env("NO_COLOR", "1");
-    command
+fn scenario(name: &str) -> PathBuf {
+    root().join(format!("scenarios/{name}.yaml"))
 }
 
-fn scenario(name: &str) -> String {
-    format!("{}/scenarios/{name}.yaml", env!("CARGO_MANIFEST_DIR"))
+fn stderr(command: &mut Simrun) -> String {
+    command.answer().stderr
 }
 
-fn stderr(command: &mut Command) -> String {
-    String::from_utf8(command.output().unwrap().stderr).unwrap()
-}
-
-fn stdout(command: &mut Command) -> String {
-    String::from_utf8(command.output().unwrap().stdout).unwrap()
+fn stdout(command: &mut Simrun) -> String {
+    command.answer().stdout
 }
 
 #[test]
@@ -32,24 +24,21 @@ fn a_scenario_alone_runs_and_prints_its_table() {
     for file in ["episodes.csv", "summary.csv", "timings.csv", "manifest.json"] {
         assert!(scratch.path().join("results/01_empty").join(file).exists(), "{file}");
     }
-    let again = simrun(scratch.path()).arg(scenario("01_empty")).assert().success();
-    let message = String::from_utf8(again.get_output().stderr.clone()).unwrap();
+    let message = simrun(scratch.path()).arg(scenario("01_empty")).ends_with(0).stderr;
     assert!(message.contains("complete, nothing to run"), "{message}");
 }
 
 #[test]
 fn a_bad_scenario_exits_with_2_and_writes_nothing() {
     let scratch = tempfile::tempdir().unwrap();
-    let bad = format!("{}/tests/bad_scenarios", env!("CARGO_MANIFEST_DIR"));
     let mut count = 0;
-    for entry in fs::read_dir(bad).unwrap() {
-        let path = entry.unwrap().path();
+    for path in files(&root().join("tests/bad_scenarios"), "yaml") {
         let text = fs::read_to_string(&path).unwrap_or_default();
         // Fixtures that need options or other bytes are tested with the reader itself.
-        if path.extension().is_none_or(|ending| ending != "yaml") || text.starts_with("# --set") || text.is_empty() {
+        if text.starts_with("# --set") || text.is_empty() {
             continue;
         }
-        simrun(scratch.path()).arg(&path).assert().code(2);
+        simrun(scratch.path()).arg(&path).ends_with(2);
         count += 1;
     }
     assert!(count >= 12, "{count} fixtures");
@@ -61,7 +50,7 @@ fn a_key_that_does_not_exist_is_refused_with_the_nearest_one() {
     let scratch = tempfile::tempdir().unwrap();
     let mut command = simrun(scratch.path());
     command.arg(scenario("01_empty")).args(["--set", "limits.sped_max_mps=2"]);
-    command.assert().code(2);
+    command.ends_with(2);
     let message = stderr(&mut command);
     assert!(message.contains("--set limits.sped_max_mps=2") && message.contains("speed_max_mps"), "{message}");
 }
@@ -71,25 +60,25 @@ fn an_unknown_stack_is_refused_with_the_nearest_one() {
     let scratch = tempfile::tempdir().unwrap();
     let mut command = simrun(scratch.path());
     command.arg(scenario("01_empty")).args(["--stack", "a_star+dwaa"]);
-    command.assert().code(2);
+    command.ends_with(2);
     assert!(stderr(&mut command).contains("did you mean `a_star+dwa`"), "{}", stderr(&mut command));
 }
 
 #[test]
 fn a_missed_requirement_exits_with_3() {
     let scratch = tempfile::tempdir().unwrap();
-    simrun(scratch.path()).arg(scenario("06_u_trap")).args(["--require-success", "1"]).assert().code(3);
+    simrun(scratch.path()).arg(scenario("06_u_trap")).args(["--require-success", "1"]).ends_with(3);
 }
 
 #[test]
 fn another_run_in_the_same_folder_is_refused() {
     let scratch = tempfile::tempdir().unwrap();
-    simrun(scratch.path()).arg(scenario("01_empty")).assert().success();
+    simrun(scratch.path()).arg(scenario("01_empty")).ends_with(0);
     let mut other = simrun(scratch.path());
     other.arg(scenario("01_empty")).args(["--set", "limits.speed_max_mps=0.5"]);
-    other.assert().code(1);
+    other.ends_with(1);
     assert!(stderr(&mut other).contains("limits.speed_max_mps"), "{}", stderr(&mut other));
-    other.arg("--force").assert().success();
+    other.arg("--force").ends_with(0);
 }
 
 #[test]
@@ -100,7 +89,7 @@ fn one_episode_prints_its_rows_and_writes_only_the_trace() {
     let text = stdout(&mut command);
     assert_eq!(text.lines().count(), 2, "{text}");
     assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 0);
-    command.arg("--trace").assert().success();
+    command.arg("--trace").ends_with(0);
     let trace = fs::read_to_string(scratch.path().join("results/05_crossing/traces/e000003_dwa.csv")).unwrap();
     assert!(trace.starts_with("tick,time_s,x_m,y_m,theta_rad,"), "{}", trace.lines().next().unwrap());
 }
@@ -133,7 +122,7 @@ fn planners_lists_every_planner_and_describes_one() {
     }
     let one = stdout(simrun(scratch.path()).args(["planners", "dwa"]));
     assert!(one.contains("horizon_s") && one.contains("Fox"), "{one}");
-    simrun(scratch.path()).args(["planners", "dwaa"]).assert().code(2);
+    simrun(scratch.path()).args(["planners", "dwaa"]).ends_with(2);
 }
 
 #[test]
@@ -158,8 +147,7 @@ fn a_picture_becomes_a_map_with_a_preview() {
     });
     picture.save(&png).expect("a picture");
     let [png, map] = [&png, &map].map(|path| path.display().to_string());
-    let made = simrun(folder.path()).args(["map", "from-image", &png, &map]).output().expect("simrun runs");
-    assert!(made.status.success(), "{made:?}");
+    simrun(folder.path()).args(["map", "from-image", &png, &map]).ends_with(0);
     let rows: Vec<String> = fs::read_to_string(&map).expect("a map").lines().skip(4).map(str::to_owned).collect();
     assert_eq!(rows.iter().map(|row| row.matches('@').count()).sum::<usize>(), 60, "{rows:#?}");
     assert!((5..11).all(|row| &rows[row][4..14] == "@@@@@@@@@@"));
@@ -169,19 +157,15 @@ fn a_picture_becomes_a_map_with_a_preview() {
 
     let sized =
         ["map", "from-image", &png, &map, "--cols", "16", "--rows", "10", "--opening-px", "0", "--hue-deg", "200,280"];
-    assert!(simrun(folder.path()).args(sized).output().expect("simrun runs").status.success());
+    simrun(folder.path()).args(sized).ends_with(0);
     for (bad, message) in [
         (vec!["--hue-deg", "10"], "expected two hues"),
         (vec!["--cols", "0", "--rows", "3"], "0 is not in 1..=16384"),
         (vec!["--cols", "3"], "--rows"),
     ] {
-        let refused =
-            simrun(folder.path()).args(["map", "from-image", &png, &map]).args(bad).output().expect("simrun runs");
-        assert_eq!(refused.status.code(), Some(2));
-        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        let said = simrun(folder.path()).args(["map", "from-image", &png, &map]).args(bad).ends_with(2).stderr;
         assert!(said.contains(message), "{said}");
     }
-    let refused = simrun(folder.path()).args(["map", "from-image", &map, &map]).output().expect("simrun runs");
-    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(refused.status.code() == Some(2) && said.contains("not a PNG that can be read"), "{said}");
+    let said = simrun(folder.path()).args(["map", "from-image", &map, &map]).ends_with(2).stderr;
+    assert!(said.contains("not a PNG that can be read"), "{said}");
 }

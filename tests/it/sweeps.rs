@@ -1,8 +1,6 @@
 //! Sweeps from the outside: points, worlds, columns, resume.
 
-#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
-
-use assert_cmd::Command;
+use super::support::simrun;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
@@ -15,16 +13,10 @@ episodes: 3
 seed: 5
 ";
 
-fn simrun(folder: &Path) -> Command {
-    let mut command = Command::cargo_bin("simrun").unwrap();
-    command.current_dir(folder).env("NO_COLOR", "1");
-    command
-}
-
 /// Writes a scenario, runs it and returns its rows, each as (column, value) by the header.
 fn rows(folder: &Path, name: &str, text: &str) -> Vec<Vec<(String, String)>> {
     fs::write(folder.join(format!("{name}.yaml")), text).unwrap();
-    simrun(folder).args([&format!("{name}.yaml"), "--quiet"]).assert().success();
+    simrun(folder).args([&format!("{name}.yaml"), "--quiet"]).ends_with(0);
     let mut reader = csv::Reader::from_path(folder.join(format!("results/{name}/episodes.csv"))).unwrap();
     let header: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
     reader.records().map(|row| header.iter().cloned().zip(row.unwrap().iter().map(str::to_owned)).collect()).collect()
@@ -87,21 +79,18 @@ fn one_world_of_one_point_can_be_run_alone_and_all_of_it_again_with_other_thread
     let text = format!("{BASE}sweep: {{stacks.local.dwa.horizon_s: [1, 2]}}");
     rows(scratch.path(), "swept", &text);
     let all = fs::read_to_string(scratch.path().join("results/swept/episodes.csv")).unwrap();
-    let one = simrun(scratch.path()).args(["swept.yaml", "--point", "1", "--episode", "2"]).output().unwrap();
-    let one = String::from_utf8(one.stdout).unwrap();
+    let one = simrun(scratch.path()).args(["swept.yaml", "--point", "1", "--episode", "2"]).ends_with(0).stdout;
     let (header, row) = one.split_once('\n').unwrap();
     assert!(all.starts_with(header) && all.contains(row) && row.contains("a_star+dwa"), "{one}");
-    simrun(scratch.path()).args(["verify", "swept.yaml"]).assert().success();
+    simrun(scratch.path()).args(["verify", "swept.yaml"]).ends_with(0);
     for (args, expected) in [
         (&["swept.yaml", "--point", "2", "--episode", "0"][..], "there is no point 2: the sweep has 2"),
         (&["swept.yaml", "--point", "1"], "name its --episode"),
     ] {
-        let refused = simrun(scratch.path()).args(args).assert().code(2);
-        let message = String::from_utf8(refused.get_output().stderr.clone()).unwrap();
+        let message = simrun(scratch.path()).args(args).ends_with(2).stderr;
         assert!(message.contains(expected), "{message}");
     }
-    let listed = simrun(scratch.path()).args(["check", "swept.yaml"]).output().unwrap();
-    let listed = String::from_utf8(listed.stdout).unwrap();
+    let listed = simrun(scratch.path()).args(["check", "swept.yaml"]).ends_with(0).stdout;
     assert!(listed.contains("1: stacks.local.dwa.horizon_s = 2: a_star+dwa"), "{listed}");
 }
 
@@ -109,7 +98,6 @@ fn one_world_of_one_point_can_be_run_alone_and_all_of_it_again_with_other_thread
 fn a_point_that_changes_nothing_is_refused() {
     let scratch = tempfile::tempdir().unwrap();
     fs::write(scratch.path().join("same.yaml"), format!("{BASE}sweep: {{limits.speed_max_mps: [1, 1.0]}}")).unwrap();
-    let refused = simrun(scratch.path()).arg("same.yaml").assert().code(2);
-    let message = String::from_utf8(refused.get_output().stderr.clone()).unwrap();
+    let message = simrun(scratch.path()).arg("same.yaml").ends_with(2).stderr;
     assert!(message.contains("changes nothing") || message.contains("there twice"), "{message}");
 }

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Times a run of simrun with 1, 2, ... threads in turn, and checks that the results are the same bytes.
 
-    scripts/time_threads                             episodes per second on the screen
-    scripts/time_threads --csv threads.csv --rounds 7
+    scripts/time_threads.py                          episodes per second on the screen
+    scripts/time_threads.py --csv threads.csv --rounds 7
 
 Builds simrun in release mode first.
 """
@@ -17,7 +17,7 @@ import subprocess
 import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+from release import ROOT, build
 
 
 def main():
@@ -29,14 +29,14 @@ def main():
     parser.add_argument("--csv", help="file to write the table to as well")
     args = parser.parse_args()
 
-    subprocess.run(["cargo", "build", "--release", "--quiet"], cwd=ROOT, check=True)
+    simrun = build("simrun")
     numbers = range(1, args.most + 1)
     rates = {threads: [] for threads in numbers}
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(args.rounds):
             for threads in numbers:
                 out = pathlib.Path(folder) / str(threads)
-                call = [ROOT / "target" / "release" / "simrun", args.scenario, "--episodes", str(args.episodes),
+                call = [simrun, args.scenario, "--episodes", str(args.episodes),
                         "--threads", str(threads), "--quiet", "--force", "--out", out]
                 begin = time.perf_counter()
                 subprocess.run(call, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
@@ -59,4 +59,5 @@ def main():
             csv.writer(file, lineterminator="\n").writerows([header, *rows])
 
 
-main()
+if __name__ == "__main__":
+    main()

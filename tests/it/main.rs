@@ -1,0 +1,23 @@
+//! All integration tests in one binary, so that rapier is linked once: `cargo test --release --test it oracle::` runs those of one module.
+
+#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+mod analyze;
+mod bad_scenarios;
+mod cli;
+mod conditions;
+mod conformance;
+mod convex;
+mod documents;
+mod episodes;
+mod layering;
+mod oracle;
+mod pairing;
+mod plan;
+mod reference;
+mod regressions;
+mod reproduce;
+mod schema;
+mod statistics_oracle;
+mod support;
+mod sweeps;
