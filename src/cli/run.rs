@@ -70,7 +70,7 @@ fn run(args: &Args, experiment: &Experiment) -> Result<(), Failure> {
             .map_err(|error| Failure::Run(format!("error: cannot create `{}`: {error}", traces.display())))?;
     }
     match args.episode {
-        Some(episode) => run_one(experiment, args.point.of(experiment)?, episode, traces.as_deref()),
+        Some(episode) => run_one(experiment, args.point.driven(experiment)?, episode, traces.as_deref()),
         None => run_all(args, experiment, &folder, traces.as_deref()),
     }
 }
@@ -78,7 +78,7 @@ fn run(args: &Args, experiment: &Experiment) -> Result<(), Failure> {
 /// Runs one episode and prints its rows.
 fn run_one(experiment: &Experiment, point: u32, episode: u64, traces: Option<&Path>) -> Result<(), Failure> {
     let rows = experiment.run_block(&mut Worker::default(), point, episode, traces).map_err(Failure::run)?;
-    let header = results::header_line(&experiment.scenario().sweep.keys());
+    let header = results::header_line(experiment.swept());
     let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(header);
     for (row, _) in &rows {
         results::write_row(&mut table, row).map_err(Failure::run)?;

@@ -38,7 +38,7 @@ pub struct OtherScenario {
 ///
 /// A regression is a test that is significant after Holm's correction over all stacks and metrics and points the wrong way
 /// (less success, longer, slower, less clearance), a planner that crashes where it did not, or a missing row. Points of a sweep are
-/// matched by the values of their keys. Rows of equal number whose worlds differ are counted and left out of the tests.
+/// matched by the values of their keys, of those that touch a stack. Rows of equal number whose worlds differ are counted and left out of the tests.
 ///
 /// # Errors
 /// If the runs are of different scenarios.
@@ -58,13 +58,14 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, Ot
         comparisons: Vec::new(),
         regressions: Vec::new(),
     };
-    let find = |sections: &'_ [Section], point: &Section, name: &str| -> Option<StackRows> {
-        let section = sections.iter().find(|section| section.swept == point.swept)?;
-        section.stacks.iter().find(|stack| stack.name == name).cloned()
+    let keys = |section: &Section| section.swept.iter().map(|(key, _)| key.clone()).collect::<Vec<String>>();
+    let find = |sections: &[Section], point: &Section, stack: &StackRows| -> Option<StackRows> {
+        let sections = sections.iter().filter(|section| keys(section) == keys(point));
+        sections.flat_map(|section| &section.stacks).find(|other| other.is_same_setting(stack)).cloned()
     };
     for section in old {
         for before in &section.stacks {
-            let Some(after) = find(new, section, &before.name) else {
+            let Some(after) = find(new, section, before) else {
                 result.missing += before.rows.len() as u64;
                 continue;
             };
@@ -95,7 +96,7 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, Ot
     }
     for section in new {
         for after in &section.stacks {
-            let before = find(old, section, &after.name);
+            let before = find(old, section, after);
             let is_new = |world: &&(u64, u64)| before.as_ref().is_none_or(|before| !before.rows.contains_key(*world));
             result.added += after.rows.keys().filter(is_new).count() as u64;
         }
@@ -158,6 +159,7 @@ mod tests {
         let point = |value: &str, number: u32, ends: &str| {
             let mut point = section(&[("a", ends, &[])]);
             point.swept = vec![("robot.radius_m".to_owned(), value.to_owned())];
+            point.stacks[0].values = vec![value.to_owned()];
             point.point = number;
             point
         };

@@ -263,7 +263,7 @@ pub(crate) mod tests {
                 let row = Row { stack: name.to_owned(), episode: episode as u64, outcome, metrics, ..Row::blank() };
                 ((0, episode as u64), row)
             });
-            StackRows { name: name.to_owned(), rows: rows.collect() }
+            StackRows { name: name.to_owned(), values: Vec::new(), rows: rows.collect() }
         });
         Section {
             title: "made up".to_owned(),

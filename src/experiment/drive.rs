@@ -1,6 +1,6 @@
 //! Driving: the stacks of a point through the world of one episode.
 
-use super::{Experiment, RunError, Setup};
+use super::{Experiment, RunError, Setup, StackHere, Surroundings};
 use crate::clock::Stopwatch;
 use crate::episode::{DT_S, Outcome, Runner, Timings};
 use crate::metrics::{self, Metrics};
@@ -54,13 +54,13 @@ impl Experiment {
         }
         worker.stacks.resize_with(setup.stacks.len(), || None);
         let mut rows = Vec::with_capacity(setup.stacks.len());
-        for (index, spec) in setup.stacks.iter().enumerate() {
+        for (index, here) in setup.stacks.iter().enumerate() {
             let Worker { runner, stacks, .. } = &mut *worker;
             rows.push(match &scene {
                 Ok(scene) => {
                     let measured =
-                        setup.drive(setup.seed(episode), scene, shortest_m, spec, &mut stacks[index], runner);
-                    let row = self.row(point, spec, episode, measured);
+                        setup.drive(setup.seed(episode), scene, shortest_m, &here.spec, &mut stacks[index], runner);
+                    let row = self.row(point, here, episode, measured);
                     if let Some(folder) = traces {
                         self.write_trace(folder, &row, scene, &runner.record.trace)?;
                     }
@@ -69,12 +69,8 @@ impl Experiment {
                 }
                 Err(infeasible) => {
                     let outcome = Outcome::InfeasibleWorld { message: infeasible.message.clone() };
-                    let row = self.row(
-                        point,
-                        spec,
-                        episode,
-                        Measured { outcome, metrics: Metrics::default(), digests: None },
-                    );
+                    let measured = Measured { outcome, metrics: Metrics::default(), digests: None };
+                    let row = self.row(point, here, episode, measured);
                     (row, Timing { world_s, ..Timing::default() })
                 }
             });
@@ -90,9 +86,10 @@ impl Experiment {
         let scene = self.scene(point, episode)?;
         let mut runner = Runner::default();
         let setup = &self.points[point as usize];
-        let spec = &setup.stacks[stack_index];
-        let measured = setup.drive(setup.seed(episode), &scene, setup.shortest_m(&scene), spec, &mut None, &mut runner);
-        let row = self.row(point, spec, episode, measured);
+        let here = &setup.stacks[stack_index];
+        let measured =
+            setup.drive(setup.seed(episode), &scene, setup.shortest_m(&scene), &here.spec, &mut None, &mut runner);
+        let row = self.row(point, here, episode, measured);
         Ok(Drive { scene, row, trace: runner.record.trace })
     }
 
@@ -101,8 +98,9 @@ impl Experiment {
     /// # Errors
     /// If none was found within the generator's bound.
     pub fn scene(&self, point: u32, episode: u64) -> Result<Scene, Infeasible> {
-        let Setup { scenario, scene_spec, robot, fixed_map, .. } = &self.points[point as usize];
-        let seed = self.points[point as usize].seed(episode);
+        let setup = &self.points[point as usize];
+        let (scenario, seed) = (&setup.scenario, setup.seed(episode));
+        let Surroundings { scene_spec, robot, fixed_map } = &*setup.surroundings;
         let map = match fixed_map {
             Some(map) => Arc::clone(map),
             None => {
@@ -113,7 +111,8 @@ impl Experiment {
         Scene::generate(scene_spec, &map, robot, scenario.planning.inflation_m(robot.radius_m), seed)
     }
 
-    fn row(&self, point: u32, spec: &StackSpec, episode: u64, measured: Measured) -> Row {
+    fn row(&self, point: u32, here: &StackHere, episode: u64, measured: Measured) -> Row {
+        let StackHere { spec, values } = here;
         let Measured { outcome, metrics, digests } = measured;
         Row {
             scenario: self.scenario.name.to_string(),
@@ -128,7 +127,7 @@ impl Experiment {
             metrics,
             world_digest: digests.map(|(world, _)| world),
             trace_digest: digests.map(|(_, trace)| trace),
-            swept: self.points[point as usize].values.clone(),
+            swept: values.clone(),
         }
     }
 
@@ -167,7 +166,11 @@ impl Setup {
         if !scene.has_a_fixed_task() {
             return None;
         }
-        metrics::shortest_m(scene, self.robot.inscribed_radius_m(), self.scenario.termination.goal_tolerance_m.get())
+        metrics::shortest_m(
+            scene,
+            self.surroundings.robot.inscribed_radius_m(),
+            self.scenario.termination.goal_tolerance_m.get(),
+        )
     }
 
     fn drive(
@@ -187,14 +190,14 @@ impl Setup {
             actuation: scenario.actuation.clone(),
         };
         let stack = slot.get_or_insert_with(|| spec.build(&scenario.planning));
-        let outcome = runner.run(scene, &self.robot, &conditions, &scenario.termination, stack);
+        let outcome = runner.run(scene, &self.surroundings.robot, &conditions, &scenario.termination, stack);
         if matches!(outcome, Outcome::PlannerError { .. }) {
             *slot = None;
         }
         let trace = &runner.record.trace;
         let measured = metrics::Episode {
             scene,
-            robot: &self.robot,
+            robot: &self.surroundings.robot,
             trace,
             success: outcome == Outcome::Success,
             goal_tolerance_m: scenario.termination.goal_tolerance_m.get(),

@@ -25,7 +25,7 @@ fn rows(experiment: &Experiment, point: u32, episode: u64) -> Vec<Row> {
 }
 
 fn names(experiment: &Experiment, point: u32) -> Vec<&str> {
-    experiment.stacks(point).iter().map(|stack| stack.name.as_str()).collect()
+    experiment.stacks(point).map(|stack| stack.name.as_str()).collect()
 }
 
 #[test]
@@ -102,4 +102,56 @@ fn a_session_that_stops_is_finished_by_the_next_one_to_the_same_bytes() {
     session.finish().unwrap().unwrap();
     assert_eq!(read("parts"), read("whole"));
     assert_eq!(open("parts").opened(), Opened::Complete);
+}
+
+/// (point, stack, swept values) of every row, without driving.
+fn driven(experiment: &Experiment) -> Vec<(u32, String, String)> {
+    let order = experiment.order().unwrap();
+    let points = (0..).zip(order.points());
+    points.flat_map(|(point, stacks)| stacks.iter().map(move |s| (point, s.name.clone(), s.values.join("|")))).collect()
+}
+
+const TWO: &str = "sweep: {stacks.local.dwa.horizon_s: [1, 2], stacks.local.pure_pursuit.lookahead_m: [0.5, 1]}";
+
+#[test]
+fn a_product_over_two_planners_drives_each_at_its_own_settings_once() {
+    let mut experiment = experiment(TWO);
+    experiment.keep_stacks(&["a_star+dwa".to_owned(), "a_star+pure_pursuit".to_owned()]).unwrap();
+    let row = |point: u32, stack: &str, values: &str| (point, format!("a_star+{stack}"), values.to_owned());
+    assert_eq!(
+        driven(&experiment),
+        [row(0, "dwa", "1|"), row(0, "pure_pursuit", "|0.5"), row(1, "pure_pursuit", "|1"), row(2, "dwa", "2|")]
+    );
+    // The fourth point has nothing new, and keeps its number.
+    assert_eq!((experiment.points(), experiment.stacks(3).len()), (4, 0));
+    assert_eq!(experiment.values(3), ["2", "1"]);
+}
+
+#[test]
+fn a_zip_over_two_planners_may_repeat_a_value() {
+    let zip =
+        TWO.replace("{stacks", "{zip: {stacks").replace("[1, 2]", "[1, 2, 2]").replace("[0.5, 1]}", "[0.5, 0.5, 1]}}");
+    let mut experiment = experiment(&zip);
+    experiment.keep_stacks(&["a_star+dwa".to_owned(), "a_star+pure_pursuit".to_owned()]).unwrap();
+    let found: Vec<String> =
+        driven(&experiment).into_iter().map(|(point, stack, values)| format!("{point} {stack} {values}")).collect();
+    assert_eq!(found, ["0 a_star+dwa 1|", "0 a_star+pure_pursuit |0.5", "1 a_star+dwa 2|", "2 a_star+pure_pursuit |1"]);
+}
+
+#[test]
+fn every_row_of_a_three_axis_sweep_replays_alone_with_its_own_number() {
+    let sweep = "sweep: {limits.speed_max_mps: [0.6, 1], stacks.global.a_star.corner_rule: [forbid, allow], stacks.local.dwa.horizon_s: [1, 2]}";
+    let experiment = experiment(sweep);
+    let mut rows = 0;
+    for (point, stack, _) in driven(&experiment) {
+        let whole = self::rows(&experiment, point, 1);
+        let mut alone = self::experiment(sweep);
+        alone.keep_stacks(std::slice::from_ref(&stack)).unwrap();
+        assert_eq!(alone.points(), 8, "points keep their numbers");
+        assert_eq!(self::rows(&alone, point, 1), [whole.into_iter().find(|row| row.stack == stack).unwrap()]);
+        rows += 1;
+    }
+    // At each speed: dwa with a_star at all four settings, dwa with dijkstra at two horizons, pure_pursuit with a_star at
+    // two rules and with dijkstra at one.
+    assert_eq!(rows, 2 * (4 + 2 + 2 + 1));
 }

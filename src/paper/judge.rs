@@ -330,7 +330,7 @@ mod tests {
                 let episode = episode as u64;
                 ((1, episode), Row { stack: name.to_owned(), episode, outcome, metrics, ..Row::blank() })
             };
-            StackRows { name: name.to_owned(), rows: lengths.iter().enumerate().map(row).collect() }
+            StackRows { name: name.to_owned(), values: Vec::new(), rows: lengths.iter().enumerate().map(row).collect() }
         };
         let section = Section {
             title: "t".to_owned(),

@@ -3,7 +3,7 @@
 use super::ResultsError;
 use super::csv_rows::{header_line, write_row};
 use super::identity::{Identity, Launch, Manifest};
-use super::order::Order;
+use super::order::{Order, StackAt};
 use super::resume::{Extended, Start};
 use super::row::Row;
 use super::store::{self, Appender};
@@ -127,7 +127,7 @@ impl Block<'_> {
     }
 
     /// The stacks to run, in the order in which their rows are to be submitted.
-    pub fn stacks(&self) -> &[String] {
+    pub fn stacks(&self) -> &[StackAt] {
         self.journal.order.stacks(self.point())
     }
 }
@@ -181,7 +181,7 @@ impl Journal {
         let mut done = start.blocks;
         if let Some(present) = start.extended {
             done += (start.blocks..order.blocks())
-                .filter(|&block| present.ordinal(order.position(block)).is_some())
+                .filter(|&block| present.ordinal(&order, order.position(block)).is_some())
                 .count() as u64;
         }
         let opened = match done {
@@ -268,7 +268,7 @@ impl Journal {
             if state.is_stopped || state.failure.is_some() {
                 return None;
             }
-            while state.next < self.order.blocks() && state.copies(self.order.position(state.next)).is_some() {
+            while state.next < self.order.blocks() && state.copies(&self.order, state.next).is_some() {
                 state.next += 1;
             }
             if state.next == self.order.blocks() {
@@ -360,8 +360,7 @@ impl Journal {
     /// Writes the blocks whose turn has come.
     fn advance(&self, state: &mut State) -> Result<(), ResultsError> {
         while state.written < self.order.blocks() {
-            let position = self.order.position(state.written);
-            let encoded = match (state.copies(position), &mut state.extended) {
+            let encoded = match (state.copies(&self.order, state.written), &mut state.extended) {
                 (Some(ordinal), Some(extended)) => {
                     let lines = extended.lines(ordinal, &self.order);
                     let episodes = lines.map_err(ResultsError::io("read", &self.path.join(EXTENDED_CSV)))?;
@@ -384,8 +383,8 @@ impl Journal {
 
 impl State {
     /// The block's number in the file that is being extended, if it is there.
-    fn copies(&self, position: (u32, u64)) -> Option<u64> {
-        self.extended.as_ref()?.present.ordinal(position)
+    fn copies(&self, order: &Order, block: u64) -> Option<u64> {
+        self.extended.as_ref()?.present.ordinal(order, order.position(block))
     }
 }
 

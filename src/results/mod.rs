@@ -10,12 +10,12 @@
 //! ```
 //! use simrun::episode::Outcome;
 //! use simrun::metrics::Metrics;
-//! use simrun::results::{Existing, Identity, Journal, Order, Point, Row, Timing, table};
+//! use simrun::results::{Existing, Identity, Journal, Order, Row, StackAt, Timing, table};
 //!
 //! # let directory = tempfile::tempdir().unwrap();
 //! let identity = Identity::new("robot: {radius_m: 0.25}", 7, vec!["a_star+dwa".to_owned()])?;
-//! let point = Point { values: vec![], stacks: vec!["a_star+dwa".to_owned()] };
-//! let order = Order::new(vec![], vec![point], 100)?;
+//! let stack = StackAt { name: "a_star+dwa".to_owned(), values: vec![] };
+//! let order = Order::new(vec![], vec![vec![stack]], 100)?;
 //!
 //! let journal = Journal::open(&directory.path().join("demo"), identity, order, Existing::Continue)?;
 //! std::thread::scope(|scope| {
@@ -71,10 +71,11 @@ pub use identity::{Identity, Launch, Manifest};
 pub use journal::{
     Block, EPISODES_CSV, Existing, Journal, MANIFEST_JSON, Opened, SUMMARY_CSV, TIMINGS_CSV, WINDOW_BLOCKS,
 };
-pub use order::{Order, Point};
+pub use order::{Order, StackAt};
 pub use row::Row;
 pub use summary::{Rate, Statistics, SummaryRow, summarise, summarise_rows, write_summary};
 pub use table::table;
+pub(crate) use table::title;
 pub use timings::Timing;
 
 use std::io;

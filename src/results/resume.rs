@@ -61,18 +61,18 @@ impl Present {
             )));
         }
         let mut present = Self { blocks: 0, bytes: reader.offset(), episodes: None };
-        // The next row's place; a point ends where the next one begins, or like the first one ended.
-        let (mut point, mut episode, mut stack) = (0u32, 0u64, 0usize);
+        // The next row's place among the points with rows; a point ends where the next one begins, or like the first one ended.
+        let (mut place, mut episode, mut stack) = (0u64, 0u64, 0usize);
         while let Some(row) = reader.next() {
             let row = row?;
-            let is_first_end = point == 0 && episode > 0 && row.point == 1;
+            let is_first_end = place == 0 && episode > 0 && order.driven(1) == Some(row.point);
             if stack == 0 && (is_first_end || present.episodes == Some(episode)) {
                 present.episodes = Some(episode);
-                (point, episode) = (point + 1, 0);
+                (place, episode) = (place + 1, 0);
             }
-            if point as usize == order.points().len() {
+            let Some(point) = order.driven(place) else {
                 return Err(reader.error("a row beyond the last sweep point".to_owned()));
-            }
+            };
             order.check(&row, point, episode, stack, seed).map_err(|message| reader.error(message))?;
             stack += 1;
             if stack == order.stacks(point).len() {
@@ -87,9 +87,9 @@ impl Present {
     /// The number here of the block at (point, episode), if it is here.
     ///
     /// Only for a file that has reached its second point.
-    pub(super) fn ordinal(&self, (point, episode): (u32, u64)) -> Option<u64> {
+    pub(super) fn ordinal(&self, order: &Order, (point, episode): (u32, u64)) -> Option<u64> {
         let episodes = self.episodes.expect("the number of episodes is known");
-        let ordinal = u64::from(point) * episodes + episode;
+        let ordinal = order.place(point) * episodes + episode;
         (episode < episodes && ordinal < self.blocks).then_some(ordinal)
     }
 }
@@ -168,7 +168,7 @@ impl Extended {
         let mut lines = Vec::new();
         while self.next <= ordinal {
             lines.clear();
-            let point = u32::try_from(self.next / episodes).expect("points are numbered with 32 bits");
+            let point = order.driven(self.next / episodes).expect("the file was scanned in this order");
             for _ in order.stacks(point) {
                 self.reader.read_until(b'\n', &mut lines)?;
             }

@@ -4,7 +4,6 @@ use super::*;
 use crate::digest::Digest;
 use crate::episode::Outcome;
 use crate::metrics::Metrics;
-use crate::results::order::Point;
 use crate::rng::{EpisodeSeed, Purpose};
 
 const SEED: u64 = 7;
@@ -22,17 +21,17 @@ fn identity(scenario: &str) -> Identity {
 
 /// `points` points; the first has two stacks, the others one.
 fn order(points: usize, episodes: u64) -> Order {
-    let point = |index: usize| Point {
-        values: vec![format!("0.{index}")],
-        stacks: if index == 0 { vec!["a".to_owned(), "b,c".to_owned()] } else { vec!["a".to_owned()] },
+    let point = |index: usize| {
+        let names: &[&str] = if index == 0 { &["a", "b,c"] } else { &["a"] };
+        names.iter().map(|name| StackAt { name: (*name).to_owned(), values: vec![format!("0.{index}")] }).collect()
     };
     Order::new(vec!["robot.radius_m".to_owned()], (0..points).map(point).collect(), episodes).unwrap()
 }
 
 /// The rows of a block, a pure function of its place.
-fn rows(block: &Block<'_>, order: &Order) -> Vec<(Row, Timing)> {
+fn rows(block: &Block<'_>) -> Vec<(Row, Timing)> {
     let (point, episode) = (block.point(), block.episode());
-    let row = |stack: &String| {
+    let row = |StackAt { name: stack, values }: &StackAt| {
         let mut stream = EpisodeSeed { seed: u64::from(point), episode }.stream(Purpose::Planner, stack.len() as u64);
         Row {
             scenario: "s".to_owned(),
@@ -50,7 +49,7 @@ fn rows(block: &Block<'_>, order: &Order) -> Vec<(Row, Timing)> {
             metrics: Metrics { time_s: Some(stream.uniform()), ..Metrics::default() },
             world_digest: Some(Digest(stream.bits())),
             trace_digest: None,
-            swept: order.points()[point as usize].values.clone(),
+            swept: values.clone(),
         }
     };
     block.stacks().iter().map(|stack| (row(stack), Timing::default())).collect()
@@ -66,7 +65,7 @@ fn run(folder: &Journal, blocks: u64) -> u64 {
     while ran < blocks
         && let Some(block) = folder.take()
     {
-        let rows = rows(&block, folder.order());
+        let rows = rows(&block);
         folder.submit(block, &rows).unwrap();
         ran += 1;
     }
@@ -157,7 +156,7 @@ fn stopping_leaves_a_folder_without_summary_that_goes_on() {
     let taken = folder.take().unwrap();
     folder.stop();
     assert!(folder.take().is_none());
-    let rows = rows(&taken, folder.order());
+    let rows = rows(&taken);
     folder.submit(taken, &rows).unwrap();
     assert_eq!(folder.finish().unwrap(), None);
     assert!(!directory.path().join(SUMMARY_CSV).exists());
@@ -178,7 +177,7 @@ fn answers_in_any_order_from_any_thread_make_the_same_bytes() {
                 scope.spawn(move || {
                     let mut stream = EpisodeSeed { seed: 3, episode: thread }.stream(Purpose::Planner, 0);
                     while let Some(block) = folder.take() {
-                        let rows = rows(&block, folder.order());
+                        let rows = rows(&block);
                         // Some blocks take long.
                         (0..stream.index(20)).for_each(|_| std::thread::yield_now());
                         let index = block.index();
@@ -203,7 +202,7 @@ fn later_blocks_wait_for_the_first_one() {
     let blocks: Vec<Block<'_>> = (0..3).map(|_| folder.take().unwrap()).collect();
     for block in blocks.into_iter().rev() {
         assert_eq!(std::fs::read(directory.path().join(EPISODES_CSV)).unwrap(), header);
-        let rows = rows(&block, folder.order());
+        let rows = rows(&block);
         folder.submit(block, &rows).unwrap();
     }
     run(&folder, u64::MAX);
@@ -381,10 +380,10 @@ fn a_full_disk_fails_the_run_and_leaves_whole_blocks() {
     let whole = std::fs::read(directory.path().join(EPISODES_CSV)).unwrap();
     folder.state().timings = full_disk(full);
     folder.state().episodes = full_disk(full);
-    let answer = rows(&third, folder.order());
+    let answer = rows(&third);
     let error = folder.submit(third, &answer).unwrap_err();
     assert!(matches!(error, ResultsError::Io { action: "write", .. }), "{error}");
-    let answer = rows(&fourth, folder.order());
+    let answer = rows(&fourth);
     assert!(matches!(folder.submit(fourth, &answer), Err(ResultsError::Failed(_))));
     assert!(folder.take().is_none());
     assert!(matches!(folder.finish(), Err(ResultsError::Failed(_))));
@@ -420,7 +419,7 @@ fn rows_in_another_order_are_a_bug() {
     let directory = tempfile::tempdir().unwrap();
     let folder = open(directory.path(), 1, 1).unwrap();
     let block = folder.take().unwrap();
-    let mut rows = rows(&block, folder.order());
+    let mut rows = rows(&block);
     rows.reverse();
     let _ = folder.submit(block, &rows);
 }
@@ -429,7 +428,7 @@ fn rows_in_another_order_are_a_bug() {
 fn a_swept_key_named_like_a_column_is_refused() {
     for keys in [vec!["seed"], vec!["robot.radius_m", "robot.radius_m"]] {
         let keys: Vec<String> = keys.into_iter().map(str::to_owned).collect();
-        let point = Point { values: keys.clone(), stacks: vec!["a".to_owned()] };
+        let point = vec![StackAt { name: "a".to_owned(), values: keys.clone() }];
         assert!(matches!(Order::new(keys, vec![point], 1), Err(ResultsError::SweptKey(_))));
     }
 }
