@@ -50,8 +50,8 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         let folder = out.join(table.id.as_str());
         let session = Session::open(experiment, &folder, existing(args.force)).map_err(refused)?;
         complete(session, args.threads, None, args.quiet)?;
-        let sections = comparison::read_sections(&folder.join(EPISODES_CSV)).map_err(Failure::run)?;
-        evidence.add(table.id.as_str(), experiment, sections);
+        let rows = comparison::read_table(&folder.join(EPISODES_CSV)).map_err(Failure::run)?;
+        evidence.add(table.id.as_str(), experiment, rows.sections);
     }
     let report = out.join("report.md");
     for (name, text) in [

@@ -4,7 +4,7 @@ use super::scenarios::{AtPoint, Changes};
 use super::{Failure, print, say};
 use crate::episode::Outcome;
 use crate::experiment::{Experiment, Session, Worker, threads_available};
-use crate::results::{self, Existing, Opened, ResultsError, SummaryRow};
+use crate::results::{self, Answer, Existing, Opened, ResultsError, SummaryRow};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::{Path, PathBuf};
 
@@ -77,15 +77,18 @@ fn run(args: &Args, experiment: &Experiment) -> Result<(), Failure> {
 
 /// Runs one episode and prints its rows.
 fn run_one(experiment: &Experiment, point: u32, episode: u64, traces: Option<&Path>) -> Result<(), Failure> {
-    let rows = experiment.run_block(&mut Worker::default(), point, episode, traces).map_err(Failure::run)?;
+    let answers = experiment.run_block(&mut Worker::default(), point, episode, traces).map_err(Failure::run)?;
     let header = results::header_line(experiment.swept());
     let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(header);
-    for (row, _) in &rows {
+    for Answer { row, .. } in &answers {
         results::write_row(&mut table, row).map_err(Failure::run)?;
     }
     print(&String::from_utf8_lossy(&table.into_inner().map_err(Failure::run)?))?;
-    match rows.iter().find(|(row, _)| matches!(row.outcome, Outcome::PlannerError { .. })) {
-        Some((row, _)) => Err(Failure::Run(format!("error: {} crashed: {}", row.stack, row.outcome.message()))),
+    let crashed = |answer: &&Answer| matches!(answer.row.outcome, Outcome::PlannerError { .. });
+    match answers.iter().find(crashed) {
+        Some(Answer { row, .. }) => {
+            Err(Failure::Run(format!("error: {} crashed: {}", row.stack, row.outcome.message())))
+        }
         None => Ok(()),
     }
 }
@@ -104,7 +107,7 @@ fn run_all(args: &Args, experiment: &Experiment, folder: &Path, traces: Option<&
     let summary = complete(session, args.threads, traces, args.quiet)?.unwrap_or_default();
     if !args.quiet {
         print(&format!(
-            "{}\n{shown}/episodes.csv, summary.csv, timings.csv, manifest.json\n",
+            "{}\n{shown}/episodes.csv, states.csv, summary.csv, timings.csv, manifest.json\n",
             results::table(&summary)
         ))?;
     }

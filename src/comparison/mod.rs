@@ -9,7 +9,7 @@ mod read;
 mod render;
 
 pub use baseline::{Baseline, OtherScenario, compare_baseline};
-pub use read::{Section, StackRows, TableError, read_sections};
+pub use read::{Section, StackRows, Table, TableError, read_table};
 pub use render::{Format, comparison_table, render, table};
 
 use crate::analysis::{

@@ -6,6 +6,17 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+/// A table of episodes, sorted into sections.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// The file.
+    pub path: PathBuf,
+    /// One section per point of its sweep, in order.
+    pub sections: Vec<Section>,
+    /// Columns that the table lacks because it is older than they are: undefined in every row.
+    pub missing: Vec<&'static str>,
+}
+
 /// The rows of one file at one point of its sweep.
 #[derive(Clone, Debug)]
 pub struct Section {
@@ -78,18 +89,18 @@ pub enum TableError {
     },
 }
 
-/// Reads an `episodes.csv` into one section per point; a folder stands for the one in it.
+/// Reads an `episodes.csv` of this version or an older one into one section per point; a folder stands for the one in it.
 ///
 /// # Errors
 /// What is wrong with the file, with its line; also two rows of one stack in one world, stacks that met different worlds in one
 /// episode, and rows of a second scenario.
-pub fn read_sections(path: &Path) -> Result<Vec<Section>, TableError> {
+pub fn read_table(path: &Path) -> Result<Table, TableError> {
     let path = if path.is_dir() { path.join(EPISODES_CSV) } else { path.to_owned() };
     let shown = path.display();
     let file = File::open(&path).map_err(ResultsError::io("read", &path))?;
     let place = |source: ReadError| ResultsError::Read { path: path.clone(), source };
     let mut reader = Reader::new(BufReader::new(file)).map_err(place)?;
-    let keys = reader.swept().to_vec();
+    let (keys, missing) = (reader.swept().to_vec(), reader.missing());
     let mut sections: Vec<Section> = Vec::new();
     while let Some(row) = reader.next() {
         let row = row.map_err(place)?;
@@ -135,5 +146,5 @@ pub fn read_sections(path: &Path) -> Result<Vec<Section>, TableError> {
         let values = title(std::iter::once(section.swept.as_slice()));
         section.title = if values.is_empty() { shown.to_string() } else { format!("{shown}: {values}") };
     }
-    Ok(sections)
+    Ok(Table { sections, missing, path })
 }

@@ -5,7 +5,7 @@ use crate::clock::Stopwatch;
 use crate::episode::{DT_S, Outcome, Runner, Timings};
 use crate::metrics::{self, Metrics};
 use crate::plan::stack::{Stack, StackSpec};
-use crate::results::{Digest, Row, Timing};
+use crate::results::{Answer, Digest, Row, Timing};
 use crate::rng::EpisodeSeed;
 use crate::trace::{self, Trace};
 use crate::world::{Conditions, Infeasible, Scene, StaticMap};
@@ -43,7 +43,7 @@ impl Experiment {
         point: u32,
         episode: u64,
         traces: Option<&Path>,
-    ) -> Result<Vec<(Row, Timing)>, RunError> {
+    ) -> Result<Vec<Answer>, RunError> {
         let clock = Stopwatch::start();
         let setup = &self.points[point as usize];
         let scene = self.scene(point, episode);
@@ -53,10 +53,10 @@ impl Experiment {
             (worker.point, worker.stacks) = (point, Vec::new());
         }
         worker.stacks.resize_with(setup.stacks.len(), || None);
-        let mut rows = Vec::with_capacity(setup.stacks.len());
+        let mut answers = Vec::with_capacity(setup.stacks.len());
         for (index, here) in setup.stacks.iter().enumerate() {
             let Worker { runner, stacks, .. } = &mut *worker;
-            rows.push(match &scene {
+            answers.push(match &scene {
                 Ok(scene) => {
                     let measured =
                         setup.drive(setup.seed(episode), scene, shortest_m, &here.spec, &mut stacks[index], runner);
@@ -64,18 +64,18 @@ impl Experiment {
                     if let Some(folder) = traces {
                         self.write_trace(folder, &row, scene, &runner.record.trace)?;
                     }
-                    let timing = timing(world_s, &mut runner.record.timings);
-                    (row, timing)
+                    let states = metrics::states(&runner.record.trace, DT_S);
+                    Answer { row, states, timing: timing(world_s, &mut runner.record.timings) }
                 }
                 Err(infeasible) => {
                     let outcome = Outcome::InfeasibleWorld { message: infeasible.message.clone() };
                     let measured = Measured { outcome, metrics: Metrics::default(), digests: None };
                     let row = self.row(point, here, episode, measured);
-                    (row, Timing { world_s, ..Timing::default() })
+                    Answer { row, states: Vec::new(), timing: Timing { world_s, ..Timing::default() } }
                 }
             });
         }
-        Ok(rows)
+        Ok(answers)
     }
 
     /// Drives one stack of a point through one episode and keeps the scene and the trace.

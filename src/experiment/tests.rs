@@ -1,7 +1,7 @@
 //! Experiments in small worlds, without the command line.
 
 use super::*;
-use crate::results::{EPISODES_CSV, Existing, Opened, Row, SUMMARY_CSV};
+use crate::results::{EPISODES_CSV, Existing, Opened, Row, STATES_CSV, SUMMARY_CSV};
 use std::collections::BTreeSet;
 
 const BASE: &str = "
@@ -21,7 +21,7 @@ fn experiment(more: &str) -> Experiment {
 
 fn rows(experiment: &Experiment, point: u32, episode: u64) -> Vec<Row> {
     let block = experiment.run_block(&mut Worker::default(), point, episode, None).unwrap();
-    block.into_iter().map(|(row, _)| row).collect()
+    block.into_iter().map(|answer| answer.row).collect()
 }
 
 fn names(experiment: &Experiment, point: u32) -> Vec<&str> {
@@ -46,7 +46,7 @@ fn a_worker_that_has_driven_other_blocks_gives_the_same_rows() {
     let mut worker = Worker::default();
     for (point, episode) in [(0, 0), (1, 1), (0, 1), (1, 0), (0, 0)] {
         let used = experiment.run_block(&mut worker, point, episode, None).unwrap();
-        let used: Vec<Row> = used.into_iter().map(|(row, _)| row).collect();
+        let used: Vec<Row> = used.into_iter().map(|answer| answer.row).collect();
         assert_eq!(used, rows(&experiment, point, episode), "point {point}, episode {episode}");
     }
 }
@@ -74,7 +74,7 @@ fn only_the_stacks_that_are_kept_run_and_an_unknown_one_is_refused() {
 #[test]
 fn a_world_that_cannot_be_is_a_row_for_every_stack() {
     let text =
-        "map: {random: {cols: 8, rows: 8, obstacles: 62}}\nstacks: {global: [a_star], local: [dwa, pure_pursuit]}\n";
+        "map: {random: {cols: 8, rows: 8, obstacles: 48}}\nstacks: {global: [a_star], local: [dwa, pure_pursuit]}\n";
     let experiment = Experiment::load(&ScenarioFile::from_text("full.yaml", text), &[]).unwrap();
     let rows = rows(&experiment, 0, 0);
     assert_eq!(rows.iter().map(|row| row.outcome.name()).collect::<Vec<_>>(), ["infeasible_world"; 2]);
@@ -86,7 +86,8 @@ fn a_session_that_stops_is_finished_by_the_next_one_to_the_same_bytes() {
     let experiment = experiment("sweep: {limits.speed_max_mps: [0.5, 1]}");
     let scratch = tempfile::tempdir().unwrap();
     let read = |folder: &str| {
-        [EPISODES_CSV, SUMMARY_CSV].map(|file| std::fs::read(scratch.path().join(folder).join(file)).unwrap())
+        [EPISODES_CSV, STATES_CSV, SUMMARY_CSV]
+            .map(|file| std::fs::read(scratch.path().join(folder).join(file)).unwrap())
     };
     let open = |folder: &str| Session::open(&experiment, &scratch.path().join(folder), Existing::Continue).unwrap();
     let whole = open("whole");
@@ -142,16 +143,30 @@ fn a_zip_over_two_planners_may_repeat_a_value() {
 fn every_row_of_a_three_axis_sweep_replays_alone_with_its_own_number() {
     let sweep = "sweep: {limits.speed_max_mps: [0.6, 1], stacks.global.a_star.corner_rule: [forbid, allow], stacks.local.dwa.horizon_s: [1, 2]}";
     let experiment = experiment(sweep);
+    let wholes: Vec<Vec<Row>> = (0..experiment.points()).map(|point| self::rows(&experiment, point, 1)).collect();
     let mut rows = 0;
-    for (point, stack, _) in driven(&experiment) {
-        let whole = self::rows(&experiment, point, 1);
+    for name in experiment.stack_names() {
         let mut alone = self::experiment(sweep);
-        alone.keep_stacks(std::slice::from_ref(&stack)).unwrap();
+        alone.keep_stacks(std::slice::from_ref(&name)).unwrap();
         assert_eq!(alone.points(), 8, "points keep their numbers");
-        assert_eq!(self::rows(&alone, point, 1), [whole.into_iter().find(|row| row.stack == stack).unwrap()]);
-        rows += 1;
+        for (point, whole) in (0..).zip(&wholes) {
+            let whole: Vec<&Row> = whole.iter().filter(|row| row.stack == name).collect();
+            let found = if whole.is_empty() { Vec::new() } else { self::rows(&alone, point, 1) };
+            assert_eq!(found.iter().collect::<Vec<_>>(), whole);
+            assert_eq!(names(&alone, point).len(), whole.len());
+            rows += whole.len();
+        }
     }
     // At each speed: dwa with a_star at all four settings, dwa with dijkstra at two horizons, pure_pursuit with a_star at
     // two rules and with dijkstra at one.
     assert_eq!(rows, 2 * (4 + 2 + 2 + 1));
+}
+
+#[test]
+fn the_times_of_the_states_add_up_to_the_time_of_the_episode() {
+    for answer in experiment("").run_block(&mut Worker::default(), 0, 1, None).unwrap() {
+        let sum_s: f64 = answer.states.iter().map(|state| state.seconds).sum();
+        assert!((sum_s - answer.row.metrics.time_s.unwrap()).abs() < 1e-9, "{answer:?}");
+        assert!(answer.states.iter().all(|state| state.entries > 0));
+    }
 }

@@ -415,6 +415,6 @@ mod tests {
         let text = "ab\né#x\n";
         assert_eq!(&text[span_at(text, 2, 2)], "#");
         assert_eq!(&text[span_at(text, 2, 1)], "é");
-        assert_eq!(span_at(text, 2, 9), 6..6, "behind the line's end");
+        assert_eq!(span_at(text, 2, 9), 7..7, "behind the line's end");
     }
 }
