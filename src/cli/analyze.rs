@@ -2,6 +2,7 @@
 
 use super::{Failure, print, say};
 use crate::comparison::{self, Format, Plan, Section};
+use crate::settings::quantity::counted;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -66,8 +67,8 @@ const MOVED_SHOWN: usize = 20;
 fn baseline(old: &[Section], new: &[Section]) -> Result<(), Failure> {
     let found = comparison::compare_baseline(old, new).map_err(Failure::usage)?;
     let mut text = format!(
-        "{} rows in both, {} moved, {} missing, {} new\n",
-        found.rows,
+        "{} in both, {} moved, {} missing, {} new\n",
+        counted(found.rows, "row"),
         found.moved.len(),
         found.missing,
         found.added

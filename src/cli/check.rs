@@ -1,7 +1,8 @@
 //! `simrun check`: everything that can be wrong before the first tick.
 
-use super::scenarios::{AtPoint, Changes, counted};
+use super::scenarios::{AtPoint, Changes};
 use super::{Failure, print};
+use crate::settings::quantity::counted;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]

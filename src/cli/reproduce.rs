@@ -8,6 +8,7 @@ use crate::experiment::{Experiment, Session};
 use crate::paper::{self, Evidence, Paper};
 use crate::results::EPISODES_CSV;
 use crate::scenario::ScenarioError;
+use crate::settings::quantity::counted;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -71,7 +72,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     if broken == 0 {
         Ok(())
     } else {
-        Err(Failure::Run(format!("error: {broken} bounds are broken, see {}", report.display())))
+        Err(Failure::Run(format!("error: {} broken, see {}", counted(broken as u64, "bound"), report.display())))
     }
 }
 

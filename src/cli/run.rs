@@ -5,6 +5,7 @@ use super::{Failure, print, say};
 use crate::episode::Outcome;
 use crate::experiment::{Experiment, Session, Worker, threads_available};
 use crate::results::{self, Answer, Existing, Opened, ResultsError, SummaryRow};
+use crate::settings::quantity::counted;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::{Path, PathBuf};
 
@@ -100,7 +101,7 @@ fn run_all(args: &Args, experiment: &Experiment, folder: &Path, traces: Option<&
     match session.opened() {
         Opened::Fresh => {}
         Opened::Resume { blocks_done } => {
-            say(&format!("{shown}: going on after {blocks_done} of {} episodes", session.order().blocks()));
+            say(&format!("{shown}: going on after {blocks_done} of {}", counted(session.order().blocks(), "world")));
         }
         Opened::Complete => say(&format!("{shown}: complete, nothing to run (--force runs it again)")),
     }
@@ -119,8 +120,9 @@ fn judge(args: &Args, summary: &[SummaryRow]) -> Result<(), Failure> {
     if let Some(row) = summary.iter().find(|row| row.count("planner_error") > 0) {
         let count = row.count("planner_error");
         return Err(Failure::Run(format!(
-            "error: {} crashed in {count} episodes: see the column `message`",
-            row.stack
+            "error: {} crashed in {}: see the column `message`",
+            row.stack,
+            counted(count, "episode")
         )));
     }
     let Some(required) = args.require_success else { return Ok(()) };

@@ -76,8 +76,3 @@ impl AtPoint {
         )))
     }
 }
-
-/// `1 stack`, `2 stacks`.
-pub(super) fn counted(count: u64, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}

@@ -5,6 +5,7 @@ use super::scenarios::Changes;
 use super::{Failure, print};
 use crate::experiment::{Experiment, Session, threads_available};
 use crate::results::{EPISODES_CSV, Existing, STATES_CSV, SUMMARY_CSV, compare};
+use crate::settings::quantity::counted;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -30,9 +31,9 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         }
     }
     print(&format!(
-        "{}: {} rows, {EPISODES_CSV}, {STATES_CSV} and {SUMMARY_CSV} identical with 1 and {many} threads\n",
+        "{}: {}, {EPISODES_CSV}, {STATES_CSV} and {SUMMARY_CSV} identical with 1 and {many} threads\n",
         args.scenario.display(),
-        experiment.order().map_err(Failure::run)?.rows(),
+        counted(experiment.order().map_err(Failure::run)?.rows(), "row"),
     ))
 }
 

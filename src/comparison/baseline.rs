@@ -4,6 +4,7 @@ use super::{ALPHA, Comparison, Section, StackRows, compare_pairs, correct};
 use crate::analysis::Better;
 use crate::episode::Outcome;
 use crate::results::metric_column;
+use crate::settings::quantity::counted;
 
 /// What an older run says of a newer one.
 #[derive(Clone, Debug)]
@@ -87,7 +88,11 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, Ot
                 crashes += u64::from(crashed(&now.outcome) && !crashed(&row.outcome));
             }
             if crashes > 0 {
-                result.regressions.push(format!("{} crashes in {crashes} episodes in which it did not", before.name));
+                result.regressions.push(format!(
+                    "{} crashes in {} in which it did not",
+                    before.name,
+                    counted(crashes, "episode")
+                ));
             }
             if result.moved.len() > moved_before {
                 result.comparisons.extend(compare_pairs(before, &after));
@@ -103,7 +108,7 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, Ot
     }
     correct(&mut result.comparisons);
     if result.missing > 0 {
-        result.regressions.push(format!("{} rows of the baseline are missing", result.missing));
+        result.regressions.push(format!("{} of the baseline missing", counted(result.missing, "row")));
     }
     for comparison in &result.comparisons {
         // Success is no metric; more of it is better.
@@ -151,7 +156,7 @@ mod tests {
         let (old, new) = (section(&[("a", "ssss", &[])]), section(&[("a", "sss", &[]), ("b", "ss", &[])]));
         let found = compare_baseline(&[old], &[new]).unwrap();
         assert_eq!((found.missing, found.added), (1, 2));
-        assert_eq!(found.regressions, ["1 rows of the baseline are missing"]);
+        assert_eq!(found.regressions, ["1 row of the baseline missing"]);
     }
 
     #[test]

@@ -83,6 +83,7 @@ pub use table::table;
 pub(crate) use table::title;
 pub use timings::Timing;
 
+use crate::settings::quantity::counted;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -143,8 +144,8 @@ pub enum ResultsError {
         reason: String,
     },
     /// The folder holds more episodes than were asked for.
-    #[error("`{}` holds {present} episodes per point, {asked} were asked for: ask for at least {present}, \
-        write elsewhere with --out, or replace them with --force", folder.display())]
+    #[error("`{}` holds {} per point, more than the {asked} asked for: ask for at least {present}, \
+        write elsewhere with --out, or replace them with --force", folder.display(), counted(*present, "episode"))]
     TooManyEpisodes {
         /// The folder.
         folder: PathBuf,

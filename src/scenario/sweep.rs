@@ -18,7 +18,7 @@ use super::key_path::KeyPath;
 use super::{Edit, Scenario, ScenarioFile};
 use crate::map::MapSpec;
 use crate::rng::{EpisodeSeed, Purpose};
-use crate::settings::quantity::{Count, Finite};
+use crate::settings::quantity::{Count, Finite, counted};
 use crate::world::StaticMap;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, MapAccess, Visitor};
@@ -153,8 +153,8 @@ impl Sweep {
                 && let [(first, values), rest @ ..] = columns.as_slice()
                 && let Some((other, found)) = rest.iter().find(|(_, others)| others.len() != values.len())
             {
-                let (n, m) = (values.len(), found.len());
-                return refuse(format!("`zip` joins {n} values of `{first}` to {m} of `{other}`"), "as many of each");
+                let (n, m) = (counted(values.len() as u64, "value"), found.len());
+                return refuse(format!("`zip` joins {n} of `{first}` to {m} of `{other}`"), "as many of each");
             }
             if axis.len() == 0 {
                 return refuse("a sweep over no values".to_owned(), "an empty list");
