@@ -41,13 +41,15 @@ def main():
     if x not in keys:
         sys.exit(f"{x} was not swept; swept were {', '.join(keys)}")
 
+    places = {row[x]: None for row in rows if row[x]}
+    # A key that does not touch a stack is empty in its rows: they hold at every value.
+    rows = [{**row, x: value} for row in rows for value in ([row[x]] if row[x] else places)]
     lines = {}
     for row in rows:
-        others = [f"{key.rsplit('.', 1)[-1]} {row[key]}" for key in keys if key != x]
+        others = [f"{key.rsplit('.', 1)[-1]} {row[key]}" for key in keys if key != x and row[key]]
         lines.setdefault((row["stack"], *others), []).append(row)
 
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(8, 7), sharex=True, constrained_layout=True)
-    places = {row[x]: None for row in rows}
     numeric = all(is_number(value) for value in places)
     at = {value: float(value) if numeric else index for index, value in enumerate(places)}
     shown = 0.01 * (max(at.values()) - min(at.values()) or 1.0)

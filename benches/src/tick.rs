@@ -245,7 +245,7 @@ fn warehouse(settings: &Settings) -> Result<Vec<Line>, String> {
     let points = file.points(&scenario, &[]).map_err(|error| error.to_string())?;
     let experiment =
         simrun::experiment::Experiment::new(scenario, points, file.folder()).map_err(|error| error.to_string())?;
-    let spec = experiment.stacks(0).iter().find(|spec| spec.name == "a_star+dwa").ok_or("no stack a_star+dwa")?;
+    let spec = experiment.stacks(0).find(|spec| spec.name == "a_star+dwa").ok_or("no stack a_star+dwa")?;
     let scenario = experiment.scenario_at(0);
     let scenes: Result<Vec<Scene>, _> = (0..20).map(|episode| experiment.scene(0, episode)).collect();
     let scenes = scenes.map_err(|error| error.to_string())?;

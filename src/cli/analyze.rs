@@ -1,7 +1,8 @@
 //! `simrun analyze`: result files become comparisons.
 
-use super::{Failure, print};
+use super::{Failure, print, say};
 use crate::comparison::{self, Format, Plan, Section};
+use crate::settings::quantity::counted;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -34,7 +35,14 @@ enum Shape {
 }
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
-    let read = |file: &PathBuf| comparison::read_sections(file).map_err(Failure::usage);
+    let read = |file: &PathBuf| {
+        let table = comparison::read_table(file).map_err(Failure::usage)?;
+        if !table.missing.is_empty() {
+            let (file, missing) = (table.path.display(), table.missing.join(", "));
+            say(&format!("{file}: an older version wrote this table; the columns that it lacks are empty: {missing}"));
+        }
+        Ok(table.sections)
+    };
     let sections = args.files.iter().map(read).collect::<Result<Vec<Vec<Section>>, Failure>>()?.concat();
     if let Some(old) = &args.baseline {
         if args.files.len() > 1 {
@@ -59,8 +67,8 @@ const MOVED_SHOWN: usize = 20;
 fn baseline(old: &[Section], new: &[Section]) -> Result<(), Failure> {
     let found = comparison::compare_baseline(old, new).map_err(Failure::usage)?;
     let mut text = format!(
-        "{} rows in both, {} moved, {} missing, {} new\n",
-        found.rows,
+        "{} in both, {} moved, {} missing, {} new\n",
+        counted(found.rows, "row"),
         found.moved.len(),
         found.missing,
         found.added

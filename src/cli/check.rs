@@ -2,6 +2,7 @@
 
 use super::scenarios::{AtPoint, Changes};
 use super::{Failure, print};
+use crate::settings::quantity::counted;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -22,25 +23,28 @@ pub(super) struct Args {
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
     for file in &args.scenarios {
         let experiment = args.changes.load(file)?;
-        let episodes = experiment.scenario().episodes.get();
+        let episodes = u64::from(experiment.scenario().episodes.get());
         match (args.resolved, args.point) {
             (true, None) => print(&experiment.scenario().to_yaml())?,
             (_, Some(point)) => {
                 let point = AtPoint { point }.of(&experiment)?;
                 print(&experiment.scenario_at(point).to_yaml())?;
             }
-            (false, None) if experiment.scenario().sweep.is_empty() => {
-                let stacks = experiment.stacks(0).len();
-                print(&format!("{}: valid, {stacks} stacks, {episodes} episodes each\n", file.display()))?;
-            }
             (false, None) => {
                 let order = experiment.order().map_err(Failure::usage)?;
-                let points = order.points().len();
-                print(&format!("{}: valid, {points} points, {episodes} episodes each\n", file.display()))?;
-                for (number, point) in order.points().iter().enumerate() {
-                    let values = order.swept().iter().zip(&point.values).map(|(key, value)| format!("{key} = {value}"));
-                    let (values, stacks) = (values.collect::<Vec<_>>().join(", "), point.stacks.join(", "));
-                    print(&format!("  {number}: {values}: {stacks}\n"))?;
+                let is_swept = !experiment.swept().is_empty();
+                let count = if is_swept {
+                    counted(u64::from(experiment.points()), "point")
+                } else {
+                    counted(order.points()[0].len() as u64, "stack")
+                };
+                print(&format!("{}: valid, {count}, {} each\n", file.display(), counted(episodes, "episode")))?;
+                for point in (0..experiment.points()).filter(|_| is_swept) {
+                    let values = experiment.swept().iter().zip(experiment.values(point));
+                    let values: Vec<String> = values.map(|(key, value)| format!("{key} = {value}")).collect();
+                    let stacks: Vec<&str> = experiment.stacks(point).map(|stack| stack.name.as_str()).collect();
+                    let stacks = if stacks.is_empty() { "nothing new".to_owned() } else { stacks.join(", ") };
+                    print(&format!("  {point}: {}: {stacks}\n", values.join(", ")))?;
                 }
             }
         }

@@ -26,7 +26,8 @@ pub(super) struct Args {
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
     let experiment = args.changes.load(&args.scenario)?;
-    let point = args.point.of(&experiment)?;
+    let point = args.point.driven(&experiment)?;
+    let stack = experiment.stacks(point).next().map_or("", |stack| stack.name.as_str());
     let drive = experiment.drive_one(point, args.episode, 0).map_err(Failure::run)?;
     let svg = report::draw(
         &drive.recording,
@@ -34,7 +35,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             title: format!(
                 "{}: {}, episode {}, seed {}",
                 experiment.scenario().name,
-                experiment.stacks(point)[0].name,
+                stack,
                 args.episode,
                 experiment.scenario().seed
             ),

@@ -69,7 +69,7 @@ enum Failure {
 
 impl Failure {
     fn run(error: impl std::fmt::Display) -> Self {
-        Self::Run(error.to_string())
+        Self::Run(format!("error: {error}"))
     }
 
     fn usage(error: impl std::fmt::Display) -> Self {

@@ -8,6 +8,7 @@ use crate::experiment::{Experiment, Session};
 use crate::paper::{self, Evidence, Paper};
 use crate::results::EPISODES_CSV;
 use crate::scenario::ScenarioError;
+use crate::settings::quantity::counted;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -50,8 +51,8 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         let folder = out.join(table.id.as_str());
         let session = Session::open(experiment, &folder, existing(args.force)).map_err(refused)?;
         complete(session, args.threads, None, args.quiet)?;
-        let sections = comparison::read_sections(&folder.join(EPISODES_CSV)).map_err(Failure::run)?;
-        evidence.add(table.id.as_str(), experiment, sections);
+        let rows = comparison::read_table(&folder.join(EPISODES_CSV)).map_err(Failure::run)?;
+        evidence.add(table.id.as_str(), experiment, rows.sections);
     }
     let report = out.join("report.md");
     for (name, text) in [
@@ -71,7 +72,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     if broken == 0 {
         Ok(())
     } else {
-        Err(Failure::Run(format!("error: {broken} bounds are broken, see {}", report.display())))
+        Err(Failure::Run(format!("error: {} broken, see {}", counted(broken as u64, "bound"), report.display())))
     }
 }
 

@@ -4,7 +4,8 @@ use super::scenarios::{AtPoint, Changes};
 use super::{Failure, print, say};
 use crate::episode::Outcome;
 use crate::experiment::{Experiment, Session, Worker, threads_available};
-use crate::results::{self, Existing, Opened, ResultsError, SummaryRow};
+use crate::results::{self, Answer, Existing, Opened, ResultsError, SummaryRow};
+use crate::settings::quantity::counted;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::{Path, PathBuf};
 
@@ -70,22 +71,25 @@ fn run(args: &Args, experiment: &Experiment) -> Result<(), Failure> {
             .map_err(|error| Failure::Run(format!("error: cannot create `{}`: {error}", traces.display())))?;
     }
     match args.episode {
-        Some(episode) => run_one(experiment, args.point.of(experiment)?, episode, traces.as_deref()),
+        Some(episode) => run_one(experiment, args.point.driven(experiment)?, episode, traces.as_deref()),
         None => run_all(args, experiment, &folder, traces.as_deref()),
     }
 }
 
 /// Runs one episode and prints its rows.
 fn run_one(experiment: &Experiment, point: u32, episode: u64, traces: Option<&Path>) -> Result<(), Failure> {
-    let rows = experiment.run_block(&mut Worker::default(), point, episode, traces).map_err(Failure::run)?;
-    let header = results::header_line(&experiment.scenario().sweep.keys());
+    let answers = experiment.run_block(&mut Worker::default(), point, episode, traces).map_err(Failure::run)?;
+    let header = results::header_line(experiment.swept());
     let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(header);
-    for (row, _) in &rows {
+    for Answer { row, .. } in &answers {
         results::write_row(&mut table, row).map_err(Failure::run)?;
     }
     print(&String::from_utf8_lossy(&table.into_inner().map_err(Failure::run)?))?;
-    match rows.iter().find(|(row, _)| matches!(row.outcome, Outcome::PlannerError { .. })) {
-        Some((row, _)) => Err(Failure::Run(format!("error: {} crashed: {}", row.stack, row.outcome.message()))),
+    let crashed = |answer: &&Answer| matches!(answer.row.outcome, Outcome::PlannerError { .. });
+    match answers.iter().find(crashed) {
+        Some(Answer { row, .. }) => {
+            Err(Failure::Run(format!("error: {} crashed: {}", row.stack, row.outcome.message())))
+        }
         None => Ok(()),
     }
 }
@@ -97,14 +101,14 @@ fn run_all(args: &Args, experiment: &Experiment, folder: &Path, traces: Option<&
     match session.opened() {
         Opened::Fresh => {}
         Opened::Resume { blocks_done } => {
-            say(&format!("{shown}: going on after {blocks_done} of {} episodes", session.order().blocks()));
+            say(&format!("{shown}: going on after {blocks_done} of {}", counted(session.order().blocks(), "world")));
         }
         Opened::Complete => say(&format!("{shown}: complete, nothing to run (--force runs it again)")),
     }
     let summary = complete(session, args.threads, traces, args.quiet)?.unwrap_or_default();
     if !args.quiet {
         print(&format!(
-            "{}\n{shown}/episodes.csv, summary.csv, timings.csv, manifest.json\n",
+            "{}\n{shown}/episodes.csv, states.csv, summary.csv, timings.csv, manifest.json\n",
             results::table(&summary)
         ))?;
     }
@@ -116,8 +120,9 @@ fn judge(args: &Args, summary: &[SummaryRow]) -> Result<(), Failure> {
     if let Some(row) = summary.iter().find(|row| row.count("planner_error") > 0) {
         let count = row.count("planner_error");
         return Err(Failure::Run(format!(
-            "error: {} crashed in {count} episodes: see the column `message`",
-            row.stack
+            "error: {} crashed in {}: see the column `message`",
+            row.stack,
+            counted(count, "episode")
         )));
     }
     let Some(required) = args.require_success else { return Ok(()) };

@@ -63,4 +63,16 @@ impl AtPoint {
         }
         Err(Failure::usage(format!("there is no point {point}: the sweep has {count}, counted from 0")))
     }
+
+    /// The point, if a stack runs there.
+    pub(super) fn driven(&self, experiment: &Experiment) -> Result<u32, Failure> {
+        let point = self.of(experiment)?;
+        if experiment.stacks(point).len() > 0 {
+            return Ok(point);
+        }
+        let stacks = experiment.stack_names().join(", ");
+        Err(Failure::usage(format!(
+            "nothing runs at point {point}: {stacks} ran in the same way at an earlier point (`simrun check` lists them)"
+        )))
+    }
 }

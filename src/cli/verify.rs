@@ -4,7 +4,8 @@ use super::run::{complete, refused};
 use super::scenarios::Changes;
 use super::{Failure, print};
 use crate::experiment::{Experiment, Session, threads_available};
-use crate::results::{EPISODES_CSV, Existing, SUMMARY_CSV, compare};
+use crate::results::{EPISODES_CSV, Existing, STATES_CSV, SUMMARY_CSV, compare};
+use crate::settings::quantity::counted;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -23,16 +24,16 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     let (once, again) = (scratch.0.join("1"), scratch.0.join(many.to_string()));
     run(&experiment, &once, 1)?;
     run(&experiment, &again, many)?;
-    for file in [EPISODES_CSV, SUMMARY_CSV] {
+    for file in [EPISODES_CSV, STATES_CSV, SUMMARY_CSV] {
         if let Some(difference) = compare(&once.join(file), &again.join(file)).map_err(Failure::run)? {
             let message = format!("error: {file} of 1 thread (left) and of {many} (right) differ: {difference}");
             return Err(Failure::Requirement(message));
         }
     }
     print(&format!(
-        "{}: {} rows, {EPISODES_CSV} and {SUMMARY_CSV} identical with 1 and {many} threads\n",
+        "{}: {}, {EPISODES_CSV}, {STATES_CSV} and {SUMMARY_CSV} identical with 1 and {many} threads\n",
         args.scenario.display(),
-        experiment.order().map_err(Failure::run)?.rows(),
+        counted(experiment.order().map_err(Failure::run)?.rows(), "row"),
     ))
 }
 

@@ -4,6 +4,7 @@ use super::{ALPHA, Comparison, Section, StackRows, compare_pairs, correct};
 use crate::analysis::Better;
 use crate::episode::Outcome;
 use crate::results::metric_column;
+use crate::settings::quantity::counted;
 
 /// What an older run says of a newer one.
 #[derive(Clone, Debug)]
@@ -38,7 +39,7 @@ pub struct OtherScenario {
 ///
 /// A regression is a test that is significant after Holm's correction over all stacks and metrics and points the wrong way
 /// (less success, longer, slower, less clearance), a planner that crashes where it did not, or a missing row. Points of a sweep are
-/// matched by the values of their keys. Rows of equal number whose worlds differ are counted and left out of the tests.
+/// matched by the values of their keys, of those that touch a stack. Rows of equal number whose worlds differ are counted and left out of the tests.
 ///
 /// # Errors
 /// If the runs are of different scenarios.
@@ -58,13 +59,14 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, Ot
         comparisons: Vec::new(),
         regressions: Vec::new(),
     };
-    let find = |sections: &'_ [Section], point: &Section, name: &str| -> Option<StackRows> {
-        let section = sections.iter().find(|section| section.swept == point.swept)?;
-        section.stacks.iter().find(|stack| stack.name == name).cloned()
+    let keys = |section: &Section| section.swept.iter().map(|(key, _)| key.clone()).collect::<Vec<String>>();
+    let find = |sections: &[Section], point: &Section, stack: &StackRows| -> Option<StackRows> {
+        let sections = sections.iter().filter(|section| keys(section) == keys(point));
+        sections.flat_map(|section| &section.stacks).find(|other| other.is_same_setting(stack)).cloned()
     };
     for section in old {
         for before in &section.stacks {
-            let Some(after) = find(new, section, &before.name) else {
+            let Some(after) = find(new, section, before) else {
                 result.missing += before.rows.len() as u64;
                 continue;
             };
@@ -86,7 +88,11 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, Ot
                 crashes += u64::from(crashed(&now.outcome) && !crashed(&row.outcome));
             }
             if crashes > 0 {
-                result.regressions.push(format!("{} crashes in {crashes} episodes in which it did not", before.name));
+                result.regressions.push(format!(
+                    "{} crashes in {} in which it did not",
+                    before.name,
+                    counted(crashes, "episode")
+                ));
             }
             if result.moved.len() > moved_before {
                 result.comparisons.extend(compare_pairs(before, &after));
@@ -95,14 +101,14 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, Ot
     }
     for section in new {
         for after in &section.stacks {
-            let before = find(old, section, &after.name);
+            let before = find(old, section, after);
             let is_new = |world: &&(u64, u64)| before.as_ref().is_none_or(|before| !before.rows.contains_key(*world));
             result.added += after.rows.keys().filter(is_new).count() as u64;
         }
     }
     correct(&mut result.comparisons);
     if result.missing > 0 {
-        result.regressions.push(format!("{} rows of the baseline are missing", result.missing));
+        result.regressions.push(format!("{} of the baseline missing", counted(result.missing, "row")));
     }
     for comparison in &result.comparisons {
         // Success is no metric; more of it is better.
@@ -150,7 +156,7 @@ mod tests {
         let (old, new) = (section(&[("a", "ssss", &[])]), section(&[("a", "sss", &[]), ("b", "ss", &[])]));
         let found = compare_baseline(&[old], &[new]).unwrap();
         assert_eq!((found.missing, found.added), (1, 2));
-        assert_eq!(found.regressions, ["1 rows of the baseline are missing"]);
+        assert_eq!(found.regressions, ["1 row of the baseline missing"]);
     }
 
     #[test]
@@ -158,6 +164,7 @@ mod tests {
         let point = |value: &str, number: u32, ends: &str| {
             let mut point = section(&[("a", ends, &[])]);
             point.swept = vec![("robot.radius_m".to_owned(), value.to_owned())];
+            point.stacks[0].values = vec![value.to_owned()];
             point.point = number;
             point
         };

@@ -9,7 +9,7 @@ mod read;
 mod render;
 
 pub use baseline::{Baseline, OtherScenario, compare_baseline};
-pub use read::{Section, StackRows, TableError, read_sections};
+pub use read::{Section, StackRows, Table, TableError, read_table};
 pub use render::{Format, comparison_table, render, table};
 
 use crate::analysis::{
@@ -263,7 +263,7 @@ pub(crate) mod tests {
                 let row = Row { stack: name.to_owned(), episode: episode as u64, outcome, metrics, ..Row::blank() };
                 ((0, episode as u64), row)
             });
-            StackRows { name: name.to_owned(), rows: rows.collect() }
+            StackRows { name: name.to_owned(), values: Vec::new(), rows: rows.collect() }
         });
         Section {
             title: "made up".to_owned(),

@@ -1,10 +1,21 @@
 //! Rows of result files, sorted into sections that may be compared within.
 
-use crate::results::{EPISODES_CSV, ReadError, Reader, ResultsError, Row};
+use crate::results::{EPISODES_CSV, ReadError, Reader, ResultsError, Row, title};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
+
+/// A table of episodes, sorted into sections.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// The file.
+    pub path: PathBuf,
+    /// One section per point of its sweep, in order.
+    pub sections: Vec<Section>,
+    /// Columns that the table lacks because it is older than they are: undefined in every row.
+    pub missing: Vec<&'static str>,
+}
 
 /// The rows of one file at one point of its sweep.
 #[derive(Clone, Debug)]
@@ -15,7 +26,7 @@ pub struct Section {
     pub scenario: String,
     /// Number of the point.
     pub point: u32,
-    /// Swept keys and their values.
+    /// Swept keys and their values, as far as they touch one of the stacks: else the value is empty.
     pub swept: Vec<(String, String)>,
     /// The stacks, in the order of their first rows.
     pub stacks: Vec<StackRows>,
@@ -26,11 +37,19 @@ pub struct Section {
 pub struct StackRows {
     /// Its name.
     pub name: String,
+    /// Values of the swept keys; empty where a key does not touch the stack.
+    pub values: Vec<String>,
     /// One row per world: (seed, episode).
     pub rows: BTreeMap<(u64, u64), Row>,
 }
 
 impl StackRows {
+    /// Whether it is the other run's stack at the same values. Older tables give a value to keys that do not touch a stack.
+    pub(super) fn is_same_setting(&self, other: &Self) -> bool {
+        let agree = |(a, b): (&String, &String)| a == b || a.is_empty() || b.is_empty();
+        self.name == other.name && self.values.iter().zip(&other.values).all(agree)
+    }
+
     /// The rows of the worlds that both stacks drove, feasible ones only, in the order of the worlds. Worlds of one seed and episode
     /// are the same only if their digests are: those of another build or scenario may differ.
     pub fn shared<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = (&'a Row, &'a Row)> {
@@ -70,29 +89,26 @@ pub enum TableError {
     },
 }
 
-/// Reads an `episodes.csv` into one section per point; a folder stands for the one in it.
+/// Reads an `episodes.csv` of this version or an older one into one section per point; a folder stands for the one in it.
 ///
 /// # Errors
 /// What is wrong with the file, with its line; also two rows of one stack in one world, stacks that met different worlds in one
 /// episode, and rows of a second scenario.
-pub fn read_sections(path: &Path) -> Result<Vec<Section>, TableError> {
+pub fn read_table(path: &Path) -> Result<Table, TableError> {
     let path = if path.is_dir() { path.join(EPISODES_CSV) } else { path.to_owned() };
     let shown = path.display();
     let file = File::open(&path).map_err(ResultsError::io("read", &path))?;
     let place = |source: ReadError| ResultsError::Read { path: path.clone(), source };
     let mut reader = Reader::new(BufReader::new(file)).map_err(place)?;
-    let keys = reader.swept().to_vec();
+    let (keys, missing) = (reader.swept().to_vec(), reader.missing());
     let mut sections: Vec<Section> = Vec::new();
     while let Some(row) = reader.next() {
         let row = row.map_err(place)?;
         let known = sections.iter().position(|section| section.point == row.point);
         let index = known.unwrap_or_else(|| {
-            let swept: Vec<(String, String)> = keys.iter().cloned().zip(row.swept.iter().cloned()).collect();
-            let values: Vec<String> = swept.iter().map(|(key, value)| format!("{key} = {value}")).collect();
-            let title = [shown.to_string(), values.join(", ")].into_iter().filter(|part| !part.is_empty());
-            let title = title.collect::<Vec<_>>().join(": ");
+            let swept = keys.iter().map(|key| (key.clone(), String::new())).collect();
             sections.push(Section {
-                title,
+                title: String::new(),
                 scenario: row.scenario.clone(),
                 point: row.point,
                 swept,
@@ -106,9 +122,12 @@ pub fn read_sections(path: &Path) -> Result<Vec<Section>, TableError> {
             let first = &sections[0].scenario;
             return Err(refuse(format!("a row of `{}` in a file of `{first}`", row.scenario)));
         }
-        let stacks = &mut sections[index].stacks;
+        let Section { stacks, swept, .. } = &mut sections[index];
         let stack = stacks.iter().position(|stack| stack.name == row.stack).unwrap_or_else(|| {
-            stacks.push(StackRows { name: row.stack.clone(), rows: BTreeMap::new() });
+            for ((_, known), value) in swept.iter_mut().zip(&row.swept).filter(|((_, known), _)| known.is_empty()) {
+                known.clone_from(value);
+            }
+            stacks.push(StackRows { name: row.stack.clone(), values: row.swept.clone(), rows: BTreeMap::new() });
             stacks.len() - 1
         });
         let world = (row.seed, row.episode);
@@ -123,5 +142,9 @@ pub fn read_sections(path: &Path) -> Result<Vec<Section>, TableError> {
             return Err(refuse(format!("a second row of `{name}` in episode {}", world.1)));
         }
     }
-    Ok(sections)
+    for section in &mut sections {
+        let values = title(std::iter::once(section.swept.as_slice()));
+        section.title = if values.is_empty() { shown.to_string() } else { format!("{shown}: {values}") };
+    }
+    Ok(Table { sections, missing, path })
 }

@@ -1,11 +1,11 @@
 //! Driving: the stacks of a point through the world of one episode.
 
-use super::{Experiment, RunError, Setup};
+use super::{Experiment, RunError, Setup, StackHere, Surroundings};
 use crate::clock::Stopwatch;
 use crate::episode::{DT_S, Outcome, Record, Recording, Runner, Setting, Timings};
 use crate::metrics::{self, Metrics};
 use crate::plan::stack::{Stack, StackSpec};
-use crate::results::{Digest, Row, Timing};
+use crate::results::{Answer, Digest, Row, Timing};
 use crate::rng::EpisodeSeed;
 use crate::trace::{self, Trace};
 use crate::world::{Conditions, Infeasible, Scene, StaticMap};
@@ -41,7 +41,7 @@ impl Experiment {
         point: u32,
         episode: u64,
         traces: Option<&Path>,
-    ) -> Result<Vec<(Row, Timing)>, RunError> {
+    ) -> Result<Vec<Answer>, RunError> {
         let clock = Stopwatch::start();
         let setup = &self.points[point as usize];
         let scene = self.scene(point, episode);
@@ -51,33 +51,29 @@ impl Experiment {
             (worker.point, worker.stacks) = (point, Vec::new());
         }
         worker.stacks.resize_with(setup.stacks.len(), || None);
-        let mut rows = Vec::with_capacity(setup.stacks.len());
-        for (index, spec) in setup.stacks.iter().enumerate() {
+        let mut answers = Vec::with_capacity(setup.stacks.len());
+        for (index, here) in setup.stacks.iter().enumerate() {
             let Worker { runner, stacks, .. } = &mut *worker;
-            rows.push(match &scene {
+            answers.push(match &scene {
                 Ok(scene) => {
                     let measured =
-                        setup.drive(setup.seed(episode), scene, shortest_m, spec, &mut stacks[index], runner);
-                    let row = self.row(point, spec, episode, measured);
+                        setup.drive(setup.seed(episode), scene, shortest_m, &here.spec, &mut stacks[index], runner);
+                    let row = self.row(point, here, episode, measured);
                     if let Some(folder) = traces {
                         self.write_trace(folder, &row, scene, &runner.record.trace)?;
                     }
-                    let timing = timing(world_s, &mut runner.record.timings);
-                    (row, timing)
+                    let states = metrics::states(&runner.record.trace, DT_S);
+                    Answer { row, states, timing: timing(world_s, &mut runner.record.timings) }
                 }
                 Err(infeasible) => {
                     let outcome = Outcome::InfeasibleWorld { message: infeasible.message.clone() };
-                    let row = self.row(
-                        point,
-                        spec,
-                        episode,
-                        Measured { outcome, metrics: Metrics::default(), digests: None },
-                    );
-                    (row, Timing { world_s, ..Timing::default() })
+                    let measured = Measured { outcome, metrics: Metrics::default(), digests: None };
+                    let row = self.row(point, here, episode, measured);
+                    Answer { row, states: Vec::new(), timing: Timing { world_s, ..Timing::default() } }
                 }
             });
         }
-        Ok(rows)
+        Ok(answers)
     }
 
     /// Drives one stack of a point through one episode and records it in full.
@@ -88,12 +84,13 @@ impl Experiment {
         let scene = self.scene(point, episode)?;
         let mut runner = Runner::in_full();
         let setup = &self.points[point as usize];
-        let spec = &setup.stacks[stack_index];
-        let measured = setup.drive(setup.seed(episode), &scene, setup.shortest_m(&scene), spec, &mut None, &mut runner);
+        let here = &setup.stacks[stack_index];
+        let measured =
+            setup.drive(setup.seed(episode), &scene, setup.shortest_m(&scene), &here.spec, &mut None, &mut runner);
         let outcome = measured.outcome.clone();
-        let row = self.row(point, spec, episode, measured);
+        let row = self.row(point, here, episode, measured);
         let Record { trace, detail, .. } = runner.record;
-        let (robot, detail) = (setup.robot.clone(), detail.unwrap_or_default());
+        let (robot, detail) = (setup.surroundings.robot.clone(), detail.unwrap_or_default());
         Ok(Drive { row, recording: Recording { scene, robot, dt_s: DT_S, outcome, trace, detail } })
     }
 
@@ -102,8 +99,9 @@ impl Experiment {
     /// # Errors
     /// If none was found within the generator's bound.
     pub fn scene(&self, point: u32, episode: u64) -> Result<Scene, Infeasible> {
-        let Setup { scenario, scene_spec, robot, fixed_map, .. } = &self.points[point as usize];
-        let seed = self.points[point as usize].seed(episode);
+        let setup = &self.points[point as usize];
+        let (scenario, seed) = (&setup.scenario, setup.seed(episode));
+        let Surroundings { scene_spec, robot, fixed_map } = &*setup.surroundings;
         let map = match fixed_map {
             Some(map) => Arc::clone(map),
             None => {
@@ -114,7 +112,8 @@ impl Experiment {
         Scene::generate(scene_spec, &map, robot, scenario.planning.inflation_m(robot.radius_m), seed)
     }
 
-    fn row(&self, point: u32, spec: &StackSpec, episode: u64, measured: Measured) -> Row {
+    fn row(&self, point: u32, here: &StackHere, episode: u64, measured: Measured) -> Row {
+        let StackHere { spec, values } = here;
         let Measured { outcome, metrics, digests } = measured;
         Row {
             scenario: self.scenario.name.to_string(),
@@ -129,7 +128,7 @@ impl Experiment {
             metrics,
             world_digest: digests.map(|(world, _)| world),
             trace_digest: digests.map(|(_, trace)| trace),
-            swept: self.points[point as usize].values.clone(),
+            swept: values.clone(),
         }
     }
 
@@ -168,7 +167,11 @@ impl Setup {
         if !scene.has_a_fixed_task() {
             return None;
         }
-        metrics::shortest_m(scene, self.robot.inscribed_radius_m(), self.scenario.termination.goal_tolerance_m.get())
+        metrics::shortest_m(
+            scene,
+            self.surroundings.robot.inscribed_radius_m(),
+            self.scenario.termination.goal_tolerance_m.get(),
+        )
     }
 
     fn drive(
@@ -190,14 +193,15 @@ impl Setup {
         };
         let stack = slot.get_or_insert_with(|| spec.build(&scenario.planning));
         let termination = &scenario.termination;
-        let outcome = runner.run(Setting { scene, robot: &self.robot, conditions: &conditions, termination }, stack);
+        let outcome =
+            runner.run(Setting { scene, robot: &self.surroundings.robot, conditions: &conditions, termination }, stack);
         if matches!(outcome, Outcome::PlannerError { .. }) {
             *slot = None;
         }
         let trace = &runner.record.trace;
         let measured = metrics::Episode {
             scene,
-            robot: &self.robot,
+            robot: &self.surroundings.robot,
             trace,
             success: outcome == Outcome::Success,
             goal_tolerance_m: scenario.termination.goal_tolerance_m.get(),

@@ -14,12 +14,13 @@ pub use session::Session;
 
 use crate::map::MapError;
 use crate::plan::stack::StackSpec;
-use crate::results::{Identity, Order, Point, ResultsError};
+use crate::results::{Identity, Order, ResultsError, StackAt};
 use crate::rng::EpisodeSeed;
 use crate::robot::Robot;
 use crate::scenario::{Edit, Scenario, ScenarioError, ScenarioFile, SweepPoint};
 use crate::settings::choice::NameError;
 use crate::world::{SceneError, SceneSpec, StaticMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -39,8 +40,22 @@ struct Setup {
     /// The values of the swept keys.
     values: Vec<String>,
     scenario: Scenario,
-    /// The stacks that run here: those that no earlier point has run in the same way.
-    stacks: Vec<StackSpec>,
+    /// The stacks that run here: those that no earlier point has run in the same way, unless they were left out.
+    stacks: Vec<StackHere>,
+    surroundings: Arc<Surroundings>,
+}
+
+/// A stack at a point.
+#[derive(Debug)]
+struct StackHere {
+    spec: StackSpec,
+    /// The values of the swept keys in its rows.
+    values: Vec<String>,
+}
+
+/// What all points share whose scenarios differ in their stacks alone.
+#[derive(Debug)]
+struct Surroundings {
     scene_spec: SceneSpec,
     robot: Robot,
     fixed_map: Option<Arc<StaticMap>>,
@@ -58,12 +73,6 @@ pub enum PrepareError {
     /// Something that the scene needs cannot be had.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// Every stack of a point of the sweep has run at an earlier one in the same way.
-    #[error("the sweep's point {point} changes nothing: every stack has run like that before")]
-    SamePoint {
-        /// Its keys and values.
-        point: String,
-    },
 }
 
 /// Why a run ended before its work was done.
@@ -82,60 +91,65 @@ pub enum RunError {
     },
 }
 
-impl Setup {
-    /// `before` are the points before this one, whose map is used where it is the same.
-    fn new(point: SweepPoint, base_dir: &Path, before: &[Self]) -> Result<Self, PrepareError> {
-        let SweepPoint { values, scenario } = point;
-        let shared = before.iter().find(|other| other.scenario.map == scenario.map);
-        let fixed_map = match shared {
-            Some(other) => other.fixed_map.clone(),
-            None if scenario.map.is_fixed() => {
-                let seed = EpisodeSeed { seed: scenario.seed, episode: 0 };
-                Some(Arc::new(StaticMap::new(scenario.map.load(base_dir, seed)?)))
-            }
-            None => None,
+impl Surroundings {
+    /// `maps` are the fixed maps that are loaded already, by the text of their specification.
+    fn new(
+        scenario: &Scenario,
+        base_dir: &Path,
+        maps: &mut BTreeMap<String, Arc<StaticMap>>,
+    ) -> Result<Self, PrepareError> {
+        let fixed_map = if scenario.map.is_fixed() {
+            let text = serde_json::to_string(&scenario.map).expect("a map is specified by texts and finite numbers");
+            Some(match maps.get(&text) {
+                Some(map) => Arc::clone(map),
+                None => {
+                    let seed = EpisodeSeed { seed: scenario.seed, episode: 0 };
+                    let map = Arc::new(StaticMap::new(scenario.map.load(base_dir, seed)?));
+                    maps.insert(text, Arc::clone(&map));
+                    map
+                }
+            })
+        } else {
+            None
         };
-        // A stack that a swept key does not touch runs once.
-        let is_new = |stack: &StackSpec| {
-            before
-                .iter()
-                .all(|other| !other.stacks.contains(stack) || !differ_in_stacks_alone(&other.scenario, &scenario))
-        };
-        Ok(Self {
-            stacks: scenario.stacks().into_iter().filter(is_new).collect(),
-            scene_spec: scenario.scene_spec(base_dir)?,
-            robot: Robot::new(&scenario.robot, &scenario.limits),
-            values,
-            fixed_map,
-            scenario,
-        })
+        let robot = Robot::new(&scenario.robot, &scenario.limits);
+        Ok(Self { scene_spec: scenario.scene_spec(base_dir)?, robot, fixed_map })
     }
-}
-
-/// Whether the two scenarios give a stack that both have the same episodes.
-fn differ_in_stacks_alone(a: &Scenario, b: &Scenario) -> bool {
-    Scenario { stacks: b.stacks.clone(), ..a.clone() } == *b
 }
 
 impl Experiment {
     /// Prepares a checked scenario, with the points of its sweep ([`ScenarioFile::points`](crate::scenario::ScenarioFile::points));
     /// files are looked up relative to `base_dir`.
     ///
+    /// Every stack runs once at each of its own settings: at the first point that has them.
+    ///
     /// # Errors
-    /// If a fixed map or a recording cannot be loaded, or nothing changes at a point of the sweep.
+    /// If a fixed map or a recording cannot be loaded.
+    ///
+    /// # Panics
+    /// If there is no point.
     pub fn new(scenario: Scenario, points: Vec<SweepPoint>, base_dir: &Path) -> Result<Self, PrepareError> {
-        let swept = scenario.sweep.keys();
+        let mut maps = BTreeMap::new();
+        let mut known: BTreeMap<usize, Arc<Surroundings>> = BTreeMap::new();
+        let mut driven: BTreeSet<(usize, String)> = BTreeSet::new();
         let mut setups: Vec<Setup> = Vec::new();
         for point in points {
-            let setup = Setup::new(point, base_dir, &setups)?;
-            if setup.stacks.is_empty() {
-                let point = swept.iter().zip(&setup.values).map(|(key, value)| format!("{key} = {value}"));
-                return Err(PrepareError::SamePoint { point: point.collect::<Vec<_>>().join(", ") });
-            }
-            setups.push(setup);
+            let surroundings = match known.get(&point.surroundings) {
+                Some(surroundings) => Arc::clone(surroundings),
+                None => {
+                    let surroundings = Arc::new(Surroundings::new(&point.scenario, base_dir, &mut maps)?);
+                    known.insert(point.surroundings, Arc::clone(&surroundings));
+                    surroundings
+                }
+            };
+            let specs = point.scenario.stacks().into_iter().enumerate();
+            // The text of a specification names every parameter of every planner, to the last bit.
+            let new = specs.filter(|(_, spec)| driven.insert((point.surroundings, format!("{spec:?}"))));
+            let stacks = new.map(|(index, spec)| StackHere { spec, values: point.values_of(index) }).collect();
+            setups.push(Setup { stacks, surroundings, values: point.values, scenario: point.scenario });
         }
         assert!(!setups.is_empty(), "an experiment has at least one point");
-        Ok(Self { scenario, swept, points: setups, base_dir: base_dir.to_owned() })
+        Ok(Self { swept: scenario.sweep.keys(), scenario, points: setups, base_dir: base_dir.to_owned() })
     }
 
     /// Reads, checks and prepares the scenario of a file with `edits` made to it.
@@ -165,26 +179,38 @@ impl Experiment {
 
     /// The robot that is driven at a point.
     pub fn robot(&self, point: u32) -> &Robot {
-        &self.points[point as usize].robot
+        &self.points[point as usize].surroundings.robot
     }
 
-    /// The stacks that run at a point, in the order of their rows.
-    pub fn stacks(&self, point: u32) -> &[StackSpec] {
-        &self.points[point as usize].stacks
+    /// The keys that are swept.
+    pub fn swept(&self) -> &[String] {
+        &self.swept
+    }
+
+    /// The value of each swept key at a point.
+    pub fn values(&self, point: u32) -> &[String] {
+        &self.points[point as usize].values
+    }
+
+    /// The stacks that run at a point, in the order of their rows; none where each has run in the same way at an earlier point.
+    pub fn stacks(&self, point: u32) -> impl ExactSizeIterator<Item = &StackSpec> {
+        self.points[point as usize].stacks.iter().map(|stack| &stack.spec)
     }
 
     /// The names of all stacks, in the order in which they first appear.
     pub fn stack_names(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
-        for stack in self.points.iter().flat_map(|point| &point.stacks) {
-            if !names.contains(&stack.name) {
-                names.push(stack.name.clone());
+        let mut known = BTreeSet::new();
+        for StackHere { spec, .. } in self.points.iter().flat_map(|point| &point.stacks) {
+            if known.insert(&spec.name) {
+                names.push(spec.name.clone());
             }
         }
         names
     }
 
-    /// Keeps only the stacks of these names, in the scenario's order, and the points at which one of them runs.
+    /// Keeps only the stacks of these names, in the scenario's order. Points keep their numbers, also those at which none of
+    /// them runs.
     ///
     /// # Errors
     /// If no stack has one of the names.
@@ -194,9 +220,8 @@ impl Experiment {
             return Err(NameError::unknown("stack", unknown, &known));
         }
         for point in &mut self.points {
-            point.stacks.retain(|stack| names.contains(&stack.name));
+            point.stacks.retain(|stack| names.contains(&stack.spec.name));
         }
-        self.points.retain(|point| !point.stacks.is_empty());
         Ok(())
     }
 
@@ -208,10 +233,8 @@ impl Experiment {
     /// # Panics
     /// If every stack was left out.
     pub fn order(&self) -> Result<Order, ResultsError> {
-        let points = self.points.iter().map(|setup| Point {
-            values: setup.values.clone(),
-            stacks: setup.stacks.iter().map(|stack| stack.name.clone()).collect(),
-        });
+        let stack = |stack: &StackHere| StackAt { name: stack.spec.name.clone(), values: stack.values.clone() };
+        let points = self.points.iter().map(|point| point.stacks.iter().map(stack).collect());
         Order::new(self.swept.clone(), points.collect(), u64::from(self.scenario.episodes.get()))
     }
 

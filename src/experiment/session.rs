@@ -46,8 +46,8 @@ impl<'e> Session<'e> {
         let work = || -> Result<(), RunError> {
             let mut worker = Worker::default();
             while let Some(block) = self.journal.take() {
-                let rows = self.experiment.run_block(&mut worker, block.point(), block.episode(), traces)?;
-                self.journal.submit(block, &rows)?;
+                let answers = self.experiment.run_block(&mut worker, block.point(), block.episode(), traces)?;
+                self.journal.submit(block, &answers)?;
                 after();
             }
             Ok(())

@@ -1,7 +1,7 @@
 //! Experiments in small worlds, without the command line.
 
 use super::*;
-use crate::results::{EPISODES_CSV, Existing, Opened, Row, SUMMARY_CSV};
+use crate::results::{EPISODES_CSV, Existing, Opened, Row, STATES_CSV, SUMMARY_CSV};
 use std::collections::BTreeSet;
 
 const BASE: &str = "
@@ -21,11 +21,11 @@ fn experiment(more: &str) -> Experiment {
 
 fn rows(experiment: &Experiment, point: u32, episode: u64) -> Vec<Row> {
     let block = experiment.run_block(&mut Worker::default(), point, episode, None).unwrap();
-    block.into_iter().map(|(row, _)| row).collect()
+    block.into_iter().map(|answer| answer.row).collect()
 }
 
 fn names(experiment: &Experiment, point: u32) -> Vec<&str> {
-    experiment.stacks(point).iter().map(|stack| stack.name.as_str()).collect()
+    experiment.stacks(point).map(|stack| stack.name.as_str()).collect()
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn a_worker_that_has_driven_other_blocks_gives_the_same_rows() {
     let mut worker = Worker::default();
     for (point, episode) in [(0, 0), (1, 1), (0, 1), (1, 0), (0, 0)] {
         let used = experiment.run_block(&mut worker, point, episode, None).unwrap();
-        let used: Vec<Row> = used.into_iter().map(|(row, _)| row).collect();
+        let used: Vec<Row> = used.into_iter().map(|answer| answer.row).collect();
         assert_eq!(used, rows(&experiment, point, episode), "point {point}, episode {episode}");
     }
 }
@@ -74,7 +74,7 @@ fn only_the_stacks_that_are_kept_run_and_an_unknown_one_is_refused() {
 #[test]
 fn a_world_that_cannot_be_is_a_row_for_every_stack() {
     let text =
-        "map: {random: {cols: 8, rows: 8, obstacles: 62}}\nstacks: {global: [a_star], local: [dwa, pure_pursuit]}\n";
+        "map: {random: {cols: 8, rows: 8, obstacles: 48}}\nstacks: {global: [a_star], local: [dwa, pure_pursuit]}\n";
     let experiment = Experiment::load(&ScenarioFile::from_text("full.yaml", text), &[]).unwrap();
     let rows = rows(&experiment, 0, 0);
     assert_eq!(rows.iter().map(|row| row.outcome.name()).collect::<Vec<_>>(), ["infeasible_world"; 2]);
@@ -86,7 +86,8 @@ fn a_session_that_stops_is_finished_by_the_next_one_to_the_same_bytes() {
     let experiment = experiment("sweep: {limits.speed_max_mps: [0.5, 1]}");
     let scratch = tempfile::tempdir().unwrap();
     let read = |folder: &str| {
-        [EPISODES_CSV, SUMMARY_CSV].map(|file| std::fs::read(scratch.path().join(folder).join(file)).unwrap())
+        [EPISODES_CSV, STATES_CSV, SUMMARY_CSV]
+            .map(|file| std::fs::read(scratch.path().join(folder).join(file)).unwrap())
     };
     let open = |folder: &str| Session::open(&experiment, &scratch.path().join(folder), Existing::Continue).unwrap();
     let whole = open("whole");
@@ -102,4 +103,70 @@ fn a_session_that_stops_is_finished_by_the_next_one_to_the_same_bytes() {
     session.finish().unwrap().unwrap();
     assert_eq!(read("parts"), read("whole"));
     assert_eq!(open("parts").opened(), Opened::Complete);
+}
+
+/// (point, stack, swept values) of every row, without driving.
+fn driven(experiment: &Experiment) -> Vec<(u32, String, String)> {
+    let order = experiment.order().unwrap();
+    let points = (0..).zip(order.points());
+    points.flat_map(|(point, stacks)| stacks.iter().map(move |s| (point, s.name.clone(), s.values.join("|")))).collect()
+}
+
+const TWO: &str = "sweep: {stacks.local.dwa.horizon_s: [1, 2], stacks.local.pure_pursuit.lookahead_m: [0.5, 1]}";
+
+#[test]
+fn a_product_over_two_planners_drives_each_at_its_own_settings_once() {
+    let mut experiment = experiment(TWO);
+    experiment.keep_stacks(&["a_star+dwa".to_owned(), "a_star+pure_pursuit".to_owned()]).unwrap();
+    let row = |point: u32, stack: &str, values: &str| (point, format!("a_star+{stack}"), values.to_owned());
+    assert_eq!(
+        driven(&experiment),
+        [row(0, "dwa", "1|"), row(0, "pure_pursuit", "|0.5"), row(1, "pure_pursuit", "|1"), row(2, "dwa", "2|")]
+    );
+    // The fourth point has nothing new, and keeps its number.
+    assert_eq!((experiment.points(), experiment.stacks(3).len()), (4, 0));
+    assert_eq!(experiment.values(3), ["2", "1"]);
+}
+
+#[test]
+fn a_zip_over_two_planners_may_repeat_a_value() {
+    let zip =
+        TWO.replace("{stacks", "{zip: {stacks").replace("[1, 2]", "[1, 2, 2]").replace("[0.5, 1]}", "[0.5, 0.5, 1]}}");
+    let mut experiment = experiment(&zip);
+    experiment.keep_stacks(&["a_star+dwa".to_owned(), "a_star+pure_pursuit".to_owned()]).unwrap();
+    let found: Vec<String> =
+        driven(&experiment).into_iter().map(|(point, stack, values)| format!("{point} {stack} {values}")).collect();
+    assert_eq!(found, ["0 a_star+dwa 1|", "0 a_star+pure_pursuit |0.5", "1 a_star+dwa 2|", "2 a_star+pure_pursuit |1"]);
+}
+
+#[test]
+fn every_row_of_a_three_axis_sweep_replays_alone_with_its_own_number() {
+    let sweep = "sweep: {limits.speed_max_mps: [0.6, 1], stacks.global.a_star.corner_rule: [forbid, allow], stacks.local.dwa.horizon_s: [1, 2]}";
+    let experiment = experiment(sweep);
+    let wholes: Vec<Vec<Row>> = (0..experiment.points()).map(|point| self::rows(&experiment, point, 1)).collect();
+    let mut rows = 0;
+    for name in experiment.stack_names() {
+        let mut alone = self::experiment(sweep);
+        alone.keep_stacks(std::slice::from_ref(&name)).unwrap();
+        assert_eq!(alone.points(), 8, "points keep their numbers");
+        for (point, whole) in (0..).zip(&wholes) {
+            let whole: Vec<&Row> = whole.iter().filter(|row| row.stack == name).collect();
+            let found = if whole.is_empty() { Vec::new() } else { self::rows(&alone, point, 1) };
+            assert_eq!(found.iter().collect::<Vec<_>>(), whole);
+            assert_eq!(names(&alone, point).len(), whole.len());
+            rows += whole.len();
+        }
+    }
+    // At each speed: dwa with a_star at all four settings, dwa with dijkstra at two horizons, pure_pursuit with a_star at
+    // two rules and with dijkstra at one.
+    assert_eq!(rows, 2 * (4 + 2 + 2 + 1));
+}
+
+#[test]
+fn the_times_of_the_states_add_up_to_the_time_of_the_episode() {
+    for answer in experiment("").run_block(&mut Worker::default(), 0, 1, None).unwrap() {
+        let sum_s: f64 = answer.states.iter().map(|state| state.seconds).sum();
+        assert!((sum_s - answer.row.metrics.time_s.unwrap()).abs() < 1e-9, "{answer:?}");
+        assert!(answer.states.iter().all(|state| state.entries > 0));
+    }
 }

@@ -13,8 +13,10 @@ pub mod encounter;
 pub mod failure;
 pub mod planned;
 pub mod shortest;
+pub mod states;
 
 pub use shortest::{any_angle_m, shortest_m};
+pub use states::{StateTime, states};
 
 use crate::geometry::Path;
 use crate::math;
@@ -100,6 +102,28 @@ pub struct Metrics {
     pub turning_steps: Option<u32>,
     /// Ticks driven.
     pub ticks: Option<u32>,
+    /// Smallest clearance to a mover, m.
+    pub clearance_movers_min_m: Option<f64>,
+    /// Smallest clearance to an unknown static, m.
+    pub clearance_unknown_min_m: Option<f64>,
+    /// Movers that came within the encounter distance.
+    pub encounters_movers: Option<u32>,
+    /// Contacts, each from the first touch until the robot is free again.
+    pub contacts: Option<u32>,
+    /// Time in contact, s.
+    pub contact_time_s: Option<f64>,
+    /// Largest speed of approach at a first touch, m/s.
+    pub contact_speed_mps: Option<f64>,
+    /// Largest impulse of a contact, N·s.
+    pub contact_impulse_ns: Option<f64>,
+    /// Largest energy lost in a contact, J.
+    pub contact_energy_j: Option<f64>,
+    /// Time in states of the local planner that wait, s.
+    pub waiting_s: Option<f64>,
+    /// Time in states of the local planner that retreat, s.
+    pub retreating_s: Option<f64>,
+    /// Time in states of the local planner that recover, s.
+    pub recovering_s: Option<f64>,
 }
 
 /// One episode to be measured.

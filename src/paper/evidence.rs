@@ -74,7 +74,7 @@ impl Evidence {
             sections.iter().flat_map(|section| section.stacks.iter().map(|stack| (section.point, stack))).collect();
         let found = in_order(stacks.len(), threads_available(), |index| {
             let (point, stack) = stacks[index];
-            let number = experiment.stacks(point).iter().position(|spec| spec.name == stack.name);
+            let number = experiment.stacks(point).position(|spec| spec.name == stack.name);
             number.map_or_else(Failures::default, |number| sample(experiment, point, number, stack))
         });
         let keys = stacks.iter().map(|(point, stack)| (*point, stack.name.clone()));
@@ -111,12 +111,8 @@ fn check(experiment: &Experiment, sections: &[Section]) -> Bounds {
     for section in sections {
         let worlds: BTreeSet<(u64, u64)> = section.stacks.iter().flat_map(|stack| stack.rows.keys().copied()).collect();
         let worlds: Vec<(u64, u64)> = worlds.into_iter().collect();
-        let exact: Vec<&str> = experiment
-            .stacks(section.point)
-            .iter()
-            .filter(|spec| is_exact(spec))
-            .map(|spec| spec.name.as_str())
-            .collect();
+        let exact: Vec<&str> =
+            experiment.stacks(section.point).filter(|spec| is_exact(spec)).map(|spec| spec.name.as_str()).collect();
         for found in
             in_order(worlds.len(), threads_available(), |index| check_world(experiment, section, worlds[index], &exact))
         {

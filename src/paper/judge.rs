@@ -10,6 +10,7 @@ use crate::analysis::{
 use crate::comparison::{ALPHA, StackRows};
 use crate::episode::Outcome;
 use crate::math;
+use crate::settings::quantity::counted;
 
 /// What came of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -47,6 +48,10 @@ pub struct Verdict {
 
 fn verdict(ruling: Ruling, why: impl Into<String>) -> Verdict {
     Verdict { ruling, why: why.into() }
+}
+
+fn worlds(count: u64) -> String {
+    counted(count, "world")
 }
 
 fn missing(what: &str) -> Verdict {
@@ -93,7 +98,7 @@ fn compare_measured(params: &compare::Params, evidence: &Evidence) -> Verdict {
     if params.is == Relation::Equal {
         let largest = differences.iter().map(|d| d.abs()).fold(0.0, math::max);
         let ruling = if largest <= params.tolerance { Ruling::Holds } else { Ruling::Fails };
-        return verdict(ruling, format!("largest difference {largest:.3} in {n} worlds"));
+        return verdict(ruling, format!("largest difference {largest:.3} in {}", worlds(n as u64)));
     }
     let (low, high) = bootstrap_interval(&differences, Location::Mean, 0.95).unwrap_or((a - b, a - b));
     // In few worlds the exact tests know more than a bootstrap: of one world its interval is a point.
@@ -119,7 +124,11 @@ fn compare_measured(params: &compare::Params, evidence: &Evidence) -> Verdict {
     let p = if p < 0.0005 { ", p < 0.001".to_owned() } else { format!(", p = {p:.3}") };
     verdict(
         ruling,
-        format!("{a:.2} against {b:.2}{factor}, difference {:+.2} [{low:+.2}, {high:+.2}] in {n} worlds{p}", a - b),
+        format!(
+            "{a:.2} against {b:.2}{factor}, difference {:+.2} [{low:+.2}, {high:+.2}] in {}{p}",
+            a - b,
+            worlds(n as u64)
+        ),
     )
 }
 
@@ -173,7 +182,7 @@ fn differs(params: &differ::Params, evidence: &Evidence) -> Verdict {
     } else {
         Ruling::Fails
     };
-    verdict(ruling, format!("largest difference {widest:.3} in {worlds} worlds"))
+    verdict(ruling, format!("largest difference {widest:.3} in {}", self::worlds(worlds)))
 }
 
 fn reaches(params: &reach::Params, evidence: &Evidence, published: &[Published]) -> Verdict {
@@ -330,7 +339,7 @@ mod tests {
                 let episode = episode as u64;
                 ((1, episode), Row { stack: name.to_owned(), episode, outcome, metrics, ..Row::blank() })
             };
-            StackRows { name: name.to_owned(), rows: lengths.iter().enumerate().map(row).collect() }
+            StackRows { name: name.to_owned(), values: Vec::new(), rows: lengths.iter().enumerate().map(row).collect() }
         };
         let section = Section {
             title: "t".to_owned(),

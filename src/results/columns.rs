@@ -26,6 +26,8 @@ pub struct Column {
     pub better: Option<Better>,
     /// When its value is known.
     pub known: Known,
+    /// The first header of `episodes.csv` that has it, counted from 1. Tables of older headers are read as if it were empty.
+    pub since: u32,
     pub(super) access: Access,
 }
 
@@ -87,24 +89,35 @@ pub fn header(swept: &[String]) -> impl Iterator<Item = &str> {
 
 /// The table of columns in Markdown, for the README.
 pub fn columns() -> String {
-    let mut table =
-        String::from("| column | unit | meaning | source | when the episode failed |\n|---|---|---|---|---|\n");
-    for Column { name, unit, formula, source, on_failure, .. } in &COLUMNS {
+    let mut table = String::from(
+        "| column | unit | meaning | better | known | source | when the episode failed |\n|---|---|---|---|---|---|---|\n",
+    );
+    for Column { name, unit, formula, source, on_failure, better, known, .. } in &COLUMNS {
+        let better = match better {
+            Some(Better::Higher) => "more",
+            Some(Better::Lower) => "less",
+            None => "",
+        };
+        let known = match known {
+            Known::Before => "before the drive",
+            Known::After => "after it",
+        };
         // A bar inside a formula would end the table's field.
         let formula = formula.replace('|', "\\|");
-        writeln!(table, "| `{name}` | {unit} | {formula} | {source} | {on_failure} |")
+        writeln!(table, "| `{name}` | {unit} | {formula} | {better} | {known} | {source} | {on_failure} |")
             .expect("writing to a string cannot fail");
     }
-    table.push_str("| one per swept key | | the key's value at this point, as written in the sweep | | as is |\n");
+    table.push_str("| one per swept key | | the key's value at this point, as written in the sweep; empty where the key does not touch the stack | | before the drive | | as is |\n");
     table
 }
 
 /// A row of the table: `kind name: "unit", better, known, "formula", "source", "value on failure"`. `better` is `higher`, `lower`
-/// or `none`; `known` is `before` or `after` the drive.
+/// or `none`; `known` is `before` or `after` the drive. `, since N` at the end names the first header that
+/// has the column where that is not the first of all; a column that was released keeps its place.
 ///
 /// `field` and `metric` take the struct's field of the same name, so that the two cannot differ.
 macro_rules! table {
-    ($($kind:ident $name:ident: $unit:literal, $better:ident, $known:ident, $formula:literal, $source:literal, $on_failure:literal;)*) => {
+    ($($kind:ident $name:ident: $unit:literal, $better:ident, $known:ident, $formula:literal, $source:literal, $on_failure:literal $(, since $since:literal)?;)*) => {
         /// Every column of `episodes.csv` before those of the swept keys, in order.
         pub static COLUMNS: [Column; [$(stringify!($name)),*].len()] = [$(Column {
             name: stringify!($name),
@@ -114,6 +127,7 @@ macro_rules! table {
             on_failure: $on_failure,
             better: table!(@better $better),
             known: table!(@known $known),
+            since: table!(@since $($since)?),
             access: table!(@$kind $name),
         }),*];
     };
@@ -122,6 +136,8 @@ macro_rules! table {
     (@better none) => { None };
     (@known before) => { Known::Before };
     (@known after) => { Known::After };
+    (@since) => { 1 };
+    (@since $since:literal) => { $since };
     (@field $name:ident) => { Access::Field { get: |row| &row.$name, get_mut: |row| &mut row.$name } };
     (@metric $name:ident) => { Access::Metric { get: |metrics| &metrics.$name, get_mut: |metrics| &mut metrics.$name } };
     (@ending $name:ident) => { Access::Ending(ending::$name) };
@@ -169,6 +185,17 @@ table! {
     metric risky_nodes: "", lower, before, "vertices of the first planned path beside a segment with a clearance below half a cell", "Qin et al. 2026", "empty without a path";
     metric turning_steps: "", lower, after, "ticks with |Δθ| > 0.5°", "Zhu et al. 2025", "until the end";
     metric ticks: "", lower, after, "ticks driven", "", "until the end";
+    metric clearance_movers_min_m: "m", higher, after, "smallest distance at any moment from the footprint's edge to a mover; not measured yet", "", "until the end; empty without movers", since 2;
+    metric clearance_unknown_min_m: "m", higher, after, "the same to an unknown static, the edge of the map left out; not measured yet", "", "until the end; empty without unknown statics", since 2;
+    metric encounters_movers: "", none, after, "movers whose surface came within `metrics.encounter_m`; not measured yet", "", "until the end", since 2;
+    metric contacts: "", lower, after, "contacts, each from the first touch until the robot is free again; not measured yet", "", "until the end", since 2;
+    metric contact_time_s: "s", lower, after, "time in contact; not measured yet", "", "until the end", since 2;
+    metric contact_speed_mps: "m/s", lower, after, "largest speed of approach at a first touch; empty without contact; not measured yet", "", "until the end", since 2;
+    metric contact_impulse_ns: "N·s", lower, after, "largest impulse of a contact; empty without contact; not measured yet", "", "until the end", since 2;
+    metric contact_energy_j: "J", lower, after, "largest kinetic energy lost in a contact; empty without contact; not measured yet", "", "until the end", since 2;
+    metric waiting_s: "s", lower, after, "time in states of the local planner that wait; not measured yet", "", "until the end", since 2;
+    metric retreating_s: "s", lower, after, "time in states of the local planner that retreat; not measured yet", "", "until the end", since 2;
+    metric recovering_s: "s", lower, after, "time in states of the local planner that recover; not measured yet", "", "until the end", since 2;
     field world_digest: "", none, before, "digest of the world before the first tick, equal for all stacks", "", "empty without a world";
     field trace_digest: "", none, after, "digest of everything that happened", "", "empty without a trace";
 }
@@ -184,18 +211,20 @@ mod tests {
             at_rest, time_s, length_m, shortest_m, spl, planned_length_m, planned_turns, turning_points, turning_angle_deg, \
             goal_error_m, clearance_min_m, clearance_mean_m, near_miss_s, ttc_min_s, encounters, speed_mean_mps, stopped_s, \
             curvature_max_1pm, jerk_rms_mps3, path_deviation_mean_m, expanded, generated, replans, rollouts, recoveries, \
-            path_nodes, risky_nodes, turning_steps, ticks, world_digest, trace_digest, robot.radius_m, planner";
+            path_nodes, risky_nodes, turning_steps, ticks, clearance_movers_min_m, clearance_unknown_min_m, encounters_movers, contacts, contact_time_s, \
+            contact_speed_mps, contact_impulse_ns, contact_energy_j, waiting_s, retreating_s, recovering_s, world_digest, trace_digest, \
+            robot.radius_m, planner";
         let swept = ["robot.radius_m".to_owned(), "planner".to_owned()];
         assert_eq!(header(&swept).collect::<Vec<_>>().join(", "), contract);
     }
 
     #[test]
-    fn the_readme_table_has_one_row_of_five_fields_per_column() {
+    fn the_readme_table_has_one_row_of_seven_fields_per_column() {
         let table = columns();
         let rows: Vec<&str> = table.lines().collect();
         assert_eq!(rows.len(), 2 + COLUMNS.len() + 1);
         for row in rows {
-            assert_eq!(row.replace("\\|", "").matches('|').count(), 6, "{row}");
+            assert_eq!(row.replace("\\|", "").matches('|').count(), 8, "{row}");
         }
     }
 
@@ -209,6 +238,8 @@ mod tests {
                 "mps" => "m/s",
                 "1pm" => "1/m",
                 "mps3" => "m/s³",
+                "ns" => "N·s",
+                "j" => "J",
                 _ => "",
             };
             assert_eq!(column.unit, stated, "{}", column.name);

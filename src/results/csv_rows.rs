@@ -1,7 +1,7 @@
 //! Rows to and from the lines of `episodes.csv`.
 
 use super::ReadError;
-use super::columns::{Access, COLUMNS, header};
+use super::columns::{Access, COLUMNS, Column, header};
 use super::row::Row;
 use super::value::one_line;
 use crate::episode::{Outcome, Parts};
@@ -39,88 +39,135 @@ pub fn write_row<W: io::Write>(writer: &mut csv::Writer<W>, row: &Row) -> io::Re
     Ok(writer.write_record(None::<&[u8]>)?)
 }
 
-/// Reads a row from the fields of one record; the message of an error names the column.
-fn read_row(record: &csv::StringRecord, swept: usize) -> Result<Row, String> {
-    let expected = COLUMNS.len() + swept;
-    if record.len() != expected {
-        return Err(format!("expected {expected} fields, found {}", record.len()));
-    }
-    let mut row = Row::blank();
-    let mut parts = EndingParts::default();
-    for (column, text) in COLUMNS.iter().zip(record) {
-        match column.access {
-            Access::Field { get_mut, .. } => get_mut(&mut row).read(text),
-            Access::Ending(_) => {
-                parts.take(column.name, text);
-                Ok(())
-            }
-            Access::Metric { get_mut, .. } => get_mut(&mut row.metrics).read(text),
-        }
-        .map_err(|expected| format!("`{}`: expected {expected}, found `{text}`", column.name))?;
-    }
-    row.outcome = parts.outcome()?;
-    // The parts must agree with one another: each is what the outcome they make would write.
-    for (column, text) in COLUMNS.iter().zip(record) {
-        if let Access::Ending(part) = column.access {
-            let expected = part(&row.outcome);
-            if expected != text {
-                return Err(format!("`{}`: expected `{expected}`, found `{text}`", column.name));
+/// Where the columns stand in a table: that of this version, or of an older one that lacks some.
+#[derive(Debug)]
+struct Layout {
+    /// Of each column, its place; `None` where the table is older.
+    places: [Option<usize>; COLUMNS.len()],
+    /// Where the swept keys begin.
+    swept_from: usize,
+    swept: Vec<String>,
+}
+
+impl Layout {
+    /// The layout of a header, or what is wrong with it.
+    fn new(header: &csv::StringRecord) -> Result<Self, String> {
+        let mut places = [None; COLUMNS.len()];
+        let mut at = 0;
+        for (place, column) in places.iter_mut().zip(&COLUMNS) {
+            let found = header.get(at).unwrap_or_default();
+            if found == column.name {
+                *place = Some(at);
+                at += 1;
+            } else if column.since == 1 {
+                return Err(format!("expected the column `{}`, found `{found}`", column.name));
             }
         }
+        Ok(Self { places, swept_from: at, swept: header.iter().skip(at).map(str::to_owned).collect() })
     }
-    row.swept = record.iter().skip(COLUMNS.len()).map(str::to_owned).collect();
-    Ok(row)
+
+    /// The columns with their texts; one that the table lacks is passed over.
+    fn fields<'r>(&self, record: &'r csv::StringRecord) -> impl Iterator<Item = (&'static Column, &'r str)> {
+        let placed = COLUMNS.iter().zip(&self.places);
+        placed.filter_map(|(column, place)| Some((column, record.get((*place)?)?)))
+    }
+
+    /// The row of a record; the message of an error names the column.
+    fn read(&self, record: &csv::StringRecord) -> Result<Row, String> {
+        let expected = self.swept_from + self.swept.len();
+        if record.len() != expected {
+            return Err(format!("expected {expected} fields, found {}", record.len()));
+        }
+        let mut row = Row::blank();
+        let mut parts = EndingParts::default();
+        for (column, text) in self.fields(record) {
+            match column.access {
+                Access::Field { get_mut, .. } => get_mut(&mut row).read(text),
+                Access::Ending(_) => {
+                    parts.take(column.name, text);
+                    Ok(())
+                }
+                Access::Metric { get_mut, .. } => get_mut(&mut row.metrics).read(text),
+            }
+            .map_err(|expected| format!("`{}`: expected {expected}, found `{text}`", column.name))?;
+        }
+        row.outcome = parts.outcome()?;
+        // The parts must agree with one another: each is what the outcome they make would write.
+        for (column, text) in self.fields(record) {
+            if let Access::Ending(part) = column.access {
+                let expected = part(&row.outcome);
+                if expected != text {
+                    return Err(format!("`{}`: expected `{expected}`, found `{text}`", column.name));
+                }
+            }
+        }
+        row.swept = record.iter().skip(self.swept_from).map(str::to_owned).collect();
+        Ok(row)
+    }
 }
 
 /// The rows of an `episodes.csv`, read one by one.
 ///
-/// Every row is one line that ends in a newline; a file that was cut short is an error at its last line.
+/// Every row is one line that ends in a newline; a file that was cut short is an error at its last line. Tables of every
+/// released header can be read: columns that are younger than the table are undefined in every row ([`Reader::missing`]).
 #[derive(Debug)]
 pub struct Reader<R> {
+    lines: Lines<R>,
+    layout: Layout,
+}
+
+/// The records of a table with their places in the file.
+#[derive(Debug)]
+struct Lines<R> {
     input: R,
     buffer: Vec<u8>,
     /// Lines read, the header included.
     line: u64,
     /// Bytes of the lines read.
     offset: u64,
-    swept: Vec<String>,
 }
 
 impl<R: BufRead> Reader<R> {
     /// Reads the header.
     ///
     /// # Errors
-    /// If it is not that of an `episodes.csv` of this version.
+    /// If it is not that of an `episodes.csv` of this version or an older one.
     pub fn new(input: R) -> Result<Self, ReadError> {
-        let mut reader = Self { input, buffer: Vec::new(), line: 0, offset: 0, swept: Vec::new() };
-        let record = reader.record()?.ok_or(ReadError::Empty)?;
-        for (number, column) in COLUMNS.iter().enumerate() {
-            let found = record.get(number).unwrap_or_default();
-            if found != column.name {
-                return Err(reader.error(format!("expected the column `{}`, found `{found}`", column.name)));
-            }
-        }
-        reader.swept = record.iter().skip(COLUMNS.len()).map(str::to_owned).collect();
-        Ok(reader)
+        let mut lines = Lines { input, buffer: Vec::new(), line: 0, offset: 0 };
+        let header = lines.record()?.ok_or(ReadError::Empty)?;
+        let layout = Layout::new(&header).map_err(|message| lines.error(message))?;
+        Ok(Self { lines, layout })
     }
 
     /// The swept keys, in order.
     pub fn swept(&self) -> &[String] {
-        &self.swept
+        &self.layout.swept
+    }
+
+    /// The columns that the table lacks because it is older than they are.
+    pub fn missing(&self) -> Vec<&'static str> {
+        let placed = COLUMNS.iter().zip(&self.layout.places);
+        placed.filter(|(_, place)| place.is_none()).map(|(column, _)| column.name).collect()
     }
 
     /// Number of the line that was read last, from 1; the header is line 1.
     pub fn line(&self) -> u64 {
-        self.line
+        self.lines.line
     }
 
     /// Bytes of the file up to the end of the line that was read last.
     pub fn offset(&self) -> u64 {
-        self.offset
+        self.lines.offset
     }
 
     /// An error at the line that was read last.
     pub(super) fn error(&self, message: String) -> ReadError {
+        self.lines.error(message)
+    }
+}
+
+impl<R: BufRead> Lines<R> {
+    fn error(&self, message: String) -> ReadError {
         ReadError::Line { line: self.line, message }
     }
 
@@ -144,11 +191,11 @@ impl<R: BufRead> Iterator for Reader<R> {
     type Item = Result<Row, ReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let record = match self.record() {
+        let record = match self.lines.record() {
             Ok(record) => record?,
             Err(error) => return Some(Err(error)),
         };
-        Some(read_row(&record, self.swept.len()).map_err(|message| self.error(message)))
+        Some(self.layout.read(&record).map_err(|message| self.error(message)))
     }
 }
 
@@ -396,8 +443,34 @@ pub(super) mod tests {
         assert_eq!(
             line,
             "warehouse,3,a_star+dwa,a_star,,dwa,12,7,collision,,0,dynamic,1,12,0.30000000000000004,,0,,,,,,0,,,,,,,,,,421,\
-             ,,,,,,,,00000000000000ab,,\"[1, 2]\""
+             ,,,,,,,,,,,,,,,,,,,00000000000000ab,,\"[1, 2]\""
         );
+    }
+
+    #[test]
+    fn a_table_of_the_first_header_is_read_with_its_missing_columns_empty() {
+        // Written by the version before the columns were added.
+        let old = include_bytes!("../../tests/data/episodes_header_1.csv");
+        let mut reader = Reader::new(&old[..]).unwrap();
+        assert_eq!((reader.missing().len(), reader.missing()[0]), (11, "clearance_movers_min_m"));
+        let rows: Vec<Row> = reader.by_ref().map(Result::unwrap).collect();
+        let lines: Vec<&str> = std::str::from_utf8(old).unwrap().lines().collect();
+        assert_eq!(rows.len(), lines.len() - 1);
+        let names: Vec<&str> = lines[0].split(',').collect();
+        for (row, line) in rows.iter().zip(&lines[1..]) {
+            assert!(row.metrics.contacts.is_none() && row.metrics.ticks.is_some());
+            // Written again, each of its columns says the same.
+            let again = String::from_utf8(bytes(std::slice::from_ref(row), &[])).unwrap();
+            let (header, again) = again.trim_end().split_once('\n').unwrap();
+            let again: Vec<(&str, &str)> = header.split(',').zip(again.split(',')).collect();
+            let kept: Vec<&str> =
+                again.iter().filter(|(name, _)| names.contains(name)).map(|(_, value)| *value).collect();
+            assert_eq!(kept.join(","), **line);
+        }
+        // A column of the first header is not missed.
+        let text = String::from_utf8(old.to_vec()).unwrap().replacen(",ticks,", ",", 1);
+        let error = Reader::new(text.as_bytes()).unwrap_err().to_string();
+        assert_eq!(error, "line 1: expected the column `ticks`, found `world_digest`");
     }
 
     #[test]
@@ -429,7 +502,7 @@ pub(super) mod tests {
             ("timeout,,0,", "timeout,,0,dynamic", "line 2: `collided_with`: expected ``, found `dynamic`"),
             ("timeout,,0,,,", "timeout,,0,,,NaN", "line 2: `time_s`: expected a finite number, found `NaN`"),
             ("\n,0,", "\n,-1,", "line 2: `point`: expected a whole number, found `-1`"),
-            ("\n,0,", "\n\n,0,", "line 2: expected 43 fields, found 1"),
+            ("\n,0,", "\n\n,0,", "line 2: expected 54 fields, found 1"),
             ("timeout,,0", "timeout,\"a,0", "line 2: a quote is not closed"),
             ("timeout,,0", "timeout,\"a\"b,0", "line 2: text follows a closing quote"),
             ("time_s", "time", "line 1: expected the column `time_s`, found `time`"),

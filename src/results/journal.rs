@@ -3,12 +3,12 @@
 use super::ResultsError;
 use super::csv_rows::{header_line, write_row};
 use super::identity::{Identity, Launch, Manifest};
-use super::order::Order;
-use super::resume::{Extended, Start};
-use super::row::Row;
+use super::order::{Order, StackAt};
+use super::resume::{self, Extended, Start};
+use super::states::{self, Answer, write_states};
 use super::store::{self, Appender};
 use super::summary::{SummaryRow, summarise, write_summary};
-use super::timings::{self, Timing, write_timing};
+use super::timings::{self, write_timing};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
@@ -19,12 +19,17 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 pub const EPISODES_CSV: &str = "episodes.csv";
 /// One row per stack and sweep point.
 pub const SUMMARY_CSV: &str = "summary.csv";
+/// Time of each stack in each state of its local planner.
+pub const STATES_CSV: &str = "states.csv";
 /// Wall-clock times, one row per row of `episodes.csv`; a kill may cost some of them.
 pub const TIMINGS_CSV: &str = "timings.csv";
 /// Which run the folder belongs to.
 pub const MANIFEST_JSON: &str = "manifest.json";
 /// The rows of a run with fewer episodes while it is being extended.
 pub(super) const EXTENDED_CSV: &str = "episodes.extended.csv";
+
+/// The states of that run.
+pub(super) const EXTENDED_STATES_CSV: &str = "states.extended.csv";
 
 /// Blocks that may be handed out beyond the first one that is not yet written.
 ///
@@ -94,6 +99,7 @@ struct State {
     /// Blocks of the run that is being extended.
     extended: Option<Extended>,
     episodes: Appender<File>,
+    states: Appender<File>,
     timings: Appender<File>,
     is_stopped: bool,
     failure: Option<String>,
@@ -127,7 +133,7 @@ impl Block<'_> {
     }
 
     /// The stacks to run, in the order in which their rows are to be submitted.
-    pub fn stacks(&self) -> &[String] {
+    pub fn stacks(&self) -> &[StackAt] {
         self.journal.order.stacks(self.point())
     }
 }
@@ -168,7 +174,7 @@ impl Journal {
         assert!(window_blocks > 0, "a window of no blocks");
         std::fs::create_dir_all(path).map_err(ResultsError::io("create", path))?;
         let lock = store::lock(path)?;
-        let [episodes, extended] = [path.join(EPISODES_CSV), path.join(EXTENDED_CSV)];
+        let [episodes, states, extended] = [EPISODES_CSV, STATES_CSV, EXTENDED_CSV].map(|name| path.join(name));
         let seed = identity.seed;
         let mut start = Start::default();
         let mut launches = Vec::new();
@@ -181,7 +187,7 @@ impl Journal {
         let mut done = start.blocks;
         if let Some(present) = start.extended {
             done += (start.blocks..order.blocks())
-                .filter(|&block| present.ordinal(order.position(block)).is_some())
+                .filter(|&block| present.ordinal(&order, order.position(block)).is_some())
                 .count() as u64;
         }
         let opened = match done {
@@ -194,8 +200,9 @@ impl Journal {
         if opened != Opened::Complete {
             if existing == Existing::Replace {
                 // The copy first: alone it would look like an extension that has just begun.
-                store::remove(&extended)?;
+                resume::forget(path)?;
                 store::remove(&episodes)?;
+                store::remove(&states)?;
             }
             launches.push(Launch::current());
             let manifest = Manifest { identity, episodes: order.episodes(), launches };
@@ -203,7 +210,7 @@ impl Journal {
             store::replace(&path.join(MANIFEST_JSON), (text + "\n").as_bytes())?;
             store::remove(&path.join(SUMMARY_CSV))?;
             if start.is_to_be_set_aside {
-                std::fs::rename(&episodes, &extended).map_err(ResultsError::io("rename", &episodes))?;
+                resume::set_aside(path)?;
             }
         }
         let mut episodes = store::appender(&episodes, start.bytes)?;
@@ -212,8 +219,12 @@ impl Journal {
                 .append(&header_line(order.swept()))
                 .map_err(ResultsError::io("write", &path.join(EPISODES_CSV)))?;
         }
+        let mut states = store::appender(&states, start.states_bytes)?;
+        if start.states_bytes == 0 {
+            states.append(states::HEADER.as_bytes()).map_err(ResultsError::io("write", &path.join(STATES_CSV)))?;
+        }
         let timings = open_timings(&path.join(TIMINGS_CSV), opened == Opened::Fresh)?;
-        let extended = start.extended.map(|present| Extended::open(&extended, present)).transpose()?;
+        let extended = start.extended.map(|present| Extended::open(path, present)).transpose()?;
         let state = State {
             next: start.blocks,
             written: start.blocks,
@@ -221,6 +232,7 @@ impl Journal {
             waiting: BTreeMap::new(),
             extended,
             episodes,
+            states,
             timings,
             is_stopped: false,
             failure: None,
@@ -268,7 +280,7 @@ impl Journal {
             if state.is_stopped || state.failure.is_some() {
                 return None;
             }
-            while state.next < self.order.blocks() && state.copies(self.order.position(state.next)).is_some() {
+            while state.next < self.order.blocks() && state.copies(&self.order, state.next).is_some() {
                 state.next += 1;
             }
             if state.next == self.order.blocks() {
@@ -283,24 +295,24 @@ impl Journal {
         }
     }
 
-    /// Takes the rows of a block, one per stack, and writes every block whose turn has come.
+    /// Takes the answers to a block, one per stack, and writes every block whose turn has come.
     ///
     /// # Errors
     /// If writing fails. The run has then failed: the file ends with the last whole block, `take` hands out
     /// nothing more, and the same command resumes once there is room.
     ///
     /// # Panics
-    /// If the block is of another journal, or the rows are not those of the block in the order of its stacks.
-    pub fn submit(&self, mut block: Block<'_>, rows: &[(Row, Timing)]) -> Result<(), ResultsError> {
+    /// If the block is of another journal, or the answers are not those of the block in the order of its stacks.
+    pub fn submit(&self, mut block: Block<'_>, answers: &[Answer]) -> Result<(), ResultsError> {
         assert!(std::ptr::eq(block.journal, self), "the block is of another journal");
         let (point, episode) = self.order.position(block.index);
-        assert_eq!(rows.len(), self.order.stacks(point).len(), "one row per stack");
-        for (stack, (row, _)) in rows.iter().enumerate() {
+        assert_eq!(answers.len(), self.order.stacks(point).len(), "one row per stack");
+        for (stack, Answer { row, .. }) in answers.iter().enumerate() {
             if let Err(message) = self.order.check(row, point, episode, stack, self.seed) {
                 panic!("a row of another block: {message}");
             }
         }
-        let encoded = Encoded::new(rows);
+        let encoded = Encoded::new(answers);
 
         let mut state = self.state();
         block.is_submitted = true;
@@ -333,12 +345,13 @@ impl Journal {
             return Err(ResultsError::Failed(failure.clone()));
         }
         let path = self.path.join(EPISODES_CSV);
+        state.states.sync().map_err(ResultsError::io("write", &self.path.join(STATES_CSV)))?;
         state.episodes.sync().map_err(ResultsError::io("write", &path))?;
         state.timings.sync().map_err(ResultsError::io("write", &self.path.join(TIMINGS_CSV)))?;
         if state.written < self.order.blocks() {
             return Ok(None);
         }
-        store::remove(&self.path.join(EXTENDED_CSV))?;
+        resume::forget(&self.path)?;
         let file = File::open(&path).map_err(ResultsError::io("read", &path))?;
         let summary = summarise(BufReader::new(file), self.order.episodes() as usize)
             .map_err(|source| ResultsError::Read { path, source })?;
@@ -360,13 +373,12 @@ impl Journal {
     /// Writes the blocks whose turn has come.
     fn advance(&self, state: &mut State) -> Result<(), ResultsError> {
         while state.written < self.order.blocks() {
-            let position = self.order.position(state.written);
-            let encoded = match (state.copies(position), &mut state.extended) {
+            let encoded = match (state.copies(&self.order, state.written), &mut state.extended) {
                 (Some(ordinal), Some(extended)) => {
                     let lines = extended.lines(ordinal, &self.order);
-                    let episodes = lines.map_err(ResultsError::io("read", &self.path.join(EXTENDED_CSV)))?;
+                    let (episodes, states) = lines.map_err(ResultsError::io("read", &self.path.join(EXTENDED_CSV)))?;
                     // Their times are in timings.csv already.
-                    Encoded { episodes, timings: Vec::new() }
+                    Encoded { episodes, states, timings: Vec::new() }
                 }
                 _ => match state.waiting.remove(&state.written) {
                     Some(encoded) => encoded,
@@ -374,6 +386,8 @@ impl Journal {
                 },
             };
             let failed = |name| move |error| ResultsError::io("write", &self.path.join(name))(error);
+            // The episodes last: a block that they hold has its states, whenever a kill comes.
+            state.states.append(&encoded.states).map_err(failed(STATES_CSV))?;
             state.episodes.append(&encoded.episodes).map_err(failed(EPISODES_CSV))?;
             state.written += 1;
             state.timings.append(&encoded.timings).map_err(failed(TIMINGS_CSV))?;
@@ -384,8 +398,8 @@ impl Journal {
 
 impl State {
     /// The block's number in the file that is being extended, if it is there.
-    fn copies(&self, position: (u32, u64)) -> Option<u64> {
-        self.extended.as_ref()?.present.ordinal(position)
+    fn copies(&self, order: &Order, block: u64) -> Option<u64> {
+        self.extended.as_ref()?.present.ordinal(order, order.position(block))
     }
 }
 
@@ -393,19 +407,21 @@ impl State {
 #[derive(Debug, Default)]
 struct Encoded {
     episodes: Vec<u8>,
+    states: Vec<u8>,
     timings: Vec<u8>,
 }
 
 impl Encoded {
-    fn new(rows: &[(Row, Timing)]) -> Self {
+    fn new(answers: &[Answer]) -> Self {
         const MEMORY: &str = "writing to memory cannot fail";
-        let mut episodes = csv::Writer::from_writer(Vec::new());
-        let mut timings = csv::Writer::from_writer(Vec::new());
-        for (row, timing) in rows {
-            write_row(&mut episodes, row).expect(MEMORY);
-            write_timing(&mut timings, row, timing).expect(MEMORY);
+        let [mut episodes, mut states, mut timings] = [(); 3].map(|()| csv::Writer::from_writer(Vec::new()));
+        for answer in answers {
+            write_row(&mut episodes, &answer.row).expect(MEMORY);
+            write_states(&mut states, answer).expect(MEMORY);
+            write_timing(&mut timings, &answer.row, &answer.timing).expect(MEMORY);
         }
-        Self { episodes: episodes.into_inner().expect(MEMORY), timings: timings.into_inner().expect(MEMORY) }
+        let [episodes, states, timings] = [episodes, states, timings].map(|table| table.into_inner().expect(MEMORY));
+        Self { episodes, states, timings }
     }
 }
 

@@ -4,18 +4,19 @@
 //! answers in any order ([`Journal::submit`]) and writes them in the one order of the contract:
 //!
 //! - `episodes.csv`: one [`Row`] per episode and stack, see [`COLUMNS`];
+//! - `states.csv`: the time of each stack in each state of its local planner ([`StateTime`](crate::metrics::StateTime));
 //! - `summary.csv`: one [`SummaryRow`] per stack and sweep point, a pure function of the bytes of `episodes.csv`;
 //! - `timings.csv` ([`Timing`]) and `manifest.json` ([`Manifest`]): wall clock, command and host, outside the byte contract.
 //!
 //! ```
 //! use simrun::episode::Outcome;
-//! use simrun::metrics::Metrics;
-//! use simrun::results::{Existing, Identity, Journal, Order, Point, Row, Timing, table};
+//! use simrun::metrics::{Metrics, StateTime};
+//! use simrun::results::{Answer, Existing, Identity, Journal, Order, Row, StackAt, Timing, table};
 //!
 //! # let directory = tempfile::tempdir().unwrap();
 //! let identity = Identity::new("robot: {radius_m: 0.25}", 7, vec!["a_star+dwa".to_owned()])?;
-//! let point = Point { values: vec![], stacks: vec!["a_star+dwa".to_owned()] };
-//! let order = Order::new(vec![], vec![point], 100)?;
+//! let stack = StackAt { name: "a_star+dwa".to_owned(), values: vec![] };
+//! let order = Order::new(vec![], vec![vec![stack]], 100)?;
 //!
 //! let journal = Journal::open(&directory.path().join("demo"), identity, order, Existing::Continue)?;
 //! std::thread::scope(|scope| {
@@ -38,7 +39,9 @@
 //!                     trace_digest: None,
 //!                     swept: vec![],
 //!                 };
-//!                 journal.submit(block, &[(row, Timing::default())]).expect("the disk has room");
+//!                 let states = vec![StateTime { state: "track".to_owned(), seconds: 12.5, entries: 1 }];
+//!                 let answer = Answer { row, states, timing: Timing::default() };
+//!                 journal.submit(block, &[answer]).expect("the disk has room");
 //!             }
 //!         });
 //!     }
@@ -57,6 +60,7 @@ mod journal;
 mod order;
 mod resume;
 mod row;
+mod states;
 mod store;
 mod summary;
 mod table;
@@ -69,14 +73,17 @@ pub use compare::{Difference, compare};
 pub use csv_rows::{Reader, header_line, write_row};
 pub use identity::{Identity, Launch, Manifest};
 pub use journal::{
-    Block, EPISODES_CSV, Existing, Journal, MANIFEST_JSON, Opened, SUMMARY_CSV, TIMINGS_CSV, WINDOW_BLOCKS,
+    Block, EPISODES_CSV, Existing, Journal, MANIFEST_JSON, Opened, STATES_CSV, SUMMARY_CSV, TIMINGS_CSV, WINDOW_BLOCKS,
 };
-pub use order::{Order, Point};
+pub use order::{Order, StackAt};
 pub use row::Row;
+pub use states::Answer;
 pub use summary::{Rate, Statistics, SummaryRow, summarise, summarise_rows, write_summary};
 pub use table::table;
+pub(crate) use table::title;
 pub use timings::Timing;
 
+use crate::settings::quantity::counted;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -137,8 +144,8 @@ pub enum ResultsError {
         reason: String,
     },
     /// The folder holds more episodes than were asked for.
-    #[error("`{}` holds {present} episodes per point, {asked} were asked for: ask for at least {present}, \
-        write elsewhere with --out, or replace them with --force", folder.display())]
+    #[error("`{}` holds {} per point, more than the {asked} asked for: ask for at least {present}, \
+        write elsewhere with --out, or replace them with --force", folder.display(), counted(*present, "episode"))]
     TooManyEpisodes {
         /// The folder.
         folder: PathBuf,

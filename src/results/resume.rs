@@ -2,41 +2,51 @@
 
 use super::columns::COLUMNS;
 use super::csv_rows::{Reader, header_line};
-use super::journal::{EPISODES_CSV, EXTENDED_CSV};
+use super::journal::{EPISODES_CSV, EXTENDED_CSV, EXTENDED_STATES_CSV, STATES_CSV};
 use super::order::Order;
+use super::states::StateLines;
 use super::{ReadError, ResultsError, store};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
-/// The whole blocks of a file.
+/// The tables of a run under the byte contract: their rows belong to blocks.
+const TABLES: [&str; 2] = [EPISODES_CSV, STATES_CSV];
+/// The same of the run that is being extended.
+const EXTENDED: [&str; 2] = [EXTENDED_CSV, EXTENDED_STATES_CSV];
+
+/// The blocks that are whole in both tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Present {
     /// Whole blocks, always the first ones of some order.
     pub(super) blocks: u64,
-    /// Bytes up to the end of the last whole block.
+    /// Bytes of the episodes up to the end of the last whole block.
     pub(super) bytes: u64,
+    /// The same of the states.
+    pub(super) states_bytes: u64,
     /// Episodes per point; `None` while there are only rows of the first point, for then any number may follow.
     pub(super) episodes: Option<u64>,
 }
 
 impl Present {
-    /// Reads a file; what a kill has cut short at its end is passed over.
-    fn scan(path: &Path, order: &Order, seed: u64) -> Result<Self, ResultsError> {
-        let mut file = match File::open(path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
-            other => other.map_err(ResultsError::io("read", path))?,
+    /// Reads two tables; what a kill has cut short at the end of either is passed over.
+    fn scan(folder: &Path, tables: [&str; 2], order: &Order, seed: u64) -> Result<Self, ResultsError> {
+        let [path, states_path] = tables.map(|name| folder.join(name));
+        let Some(mut file) = open(&path)? else { return Ok(Self::default()) };
+        let states = match open(&states_path)? {
+            Some(file) => StateLines::new(BufReader::new(file)).map_err(ResultsError::io("read", &states_path))?,
+            None => None,
         };
-        let mut read = || {
+        let read = || {
             let bytes = store::whole_lines(&mut file).map_err(ReadError::Io)?;
             file.rewind().map_err(ReadError::Io)?;
             if bytes == 0 {
                 Self::header_cut_short(&mut file, order)
             } else {
-                Self::rows(&mut file, bytes, order, seed)
+                Self::rows(&mut file, bytes, states, order, seed)
             }
         };
-        read().map_err(|source| ResultsError::Read { path: path.to_owned(), source })
+        read().map_err(|source| ResultsError::Read { path, source })
     }
 
     /// A file without any whole line: nothing, provided that it is the beginning of a header.
@@ -51,7 +61,13 @@ impl Present {
         }
     }
 
-    fn rows(file: &mut File, bytes: u64, order: &Order, seed: u64) -> Result<Self, ReadError> {
+    fn rows(
+        file: &mut File,
+        bytes: u64,
+        mut states: Option<StateLines<BufReader<File>>>,
+        order: &Order,
+        seed: u64,
+    ) -> Result<Self, ReadError> {
         let mut reader = Reader::new(BufReader::new(file.take(bytes)))?;
         if reader.swept() != order.swept() {
             return Err(reader.error(format!(
@@ -60,25 +76,39 @@ impl Present {
                 reader.swept()
             )));
         }
-        let mut present = Self { blocks: 0, bytes: reader.offset(), episodes: None };
-        // The next row's place; a point ends where the next one begins, or like the first one ended.
-        let (mut point, mut episode, mut stack) = (0u32, 0u64, 0usize);
+        if let Some(column) = reader.missing().first() {
+            return Err(reader.error(format!("the column `{column}` is missing: an older version wrote the table")));
+        }
+        let states_bytes = states.as_ref().map_or(0, StateLines::offset);
+        let mut present = Self { blocks: 0, bytes: reader.offset(), states_bytes, episodes: None };
+        // The next row's place among the points with rows; a point ends where the next one begins, or like the first one ended.
+        let (mut place, mut episode, mut stack) = (0u64, 0u64, 0usize);
+        // Blocks are whole up to the first one whose states are not; the rows behind it are checked all the same.
+        let mut times: Vec<(String, f64)> = Vec::new();
         while let Some(row) = reader.next() {
             let row = row?;
-            let is_first_end = point == 0 && episode > 0 && row.point == 1;
+            let is_first_end = place == 0 && episode > 0 && order.driven(1) == Some(row.point);
             if stack == 0 && (is_first_end || present.episodes == Some(episode)) {
                 present.episodes = Some(episode);
-                (point, episode) = (point + 1, 0);
+                (place, episode) = (place + 1, 0);
             }
-            if point as usize == order.points().len() {
+            let Some(point) = order.driven(place) else {
                 return Err(reader.error("a row beyond the last sweep point".to_owned()));
-            }
+            };
             order.check(&row, point, episode, stack, seed).map_err(|message| reader.error(message))?;
             stack += 1;
+            times.push((row.stack, row.metrics.time_s.unwrap_or_default()));
             if stack == order.stacks(point).len() {
+                if let Some(lines) = &mut states
+                    && lines.is_whole(point, episode, &times).map_err(ReadError::Io)?
+                {
+                    present.blocks += 1;
+                    (present.bytes, present.states_bytes) = (reader.offset(), lines.offset());
+                } else {
+                    states = None;
+                }
+                times.clear();
                 (stack, episode) = (0, episode + 1);
-                present.blocks += 1;
-                present.bytes = reader.offset();
             }
         }
         Ok(present)
@@ -87,10 +117,17 @@ impl Present {
     /// The number here of the block at (point, episode), if it is here.
     ///
     /// Only for a file that has reached its second point.
-    pub(super) fn ordinal(&self, (point, episode): (u32, u64)) -> Option<u64> {
+    pub(super) fn ordinal(&self, order: &Order, (point, episode): (u32, u64)) -> Option<u64> {
         let episodes = self.episodes.expect("the number of episodes is known");
-        let ordinal = u64::from(point) * episodes + episode;
+        let ordinal = order.place(point) * episodes + episode;
         (episode < episodes && ordinal < self.blocks).then_some(ordinal)
+    }
+}
+
+fn open(path: &Path) -> Result<Option<File>, ResultsError> {
+    match File::open(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        other => other.map(Some).map_err(ResultsError::io("read", path)),
     }
 }
 
@@ -101,6 +138,8 @@ pub(super) struct Start {
     pub(super) blocks: u64,
     /// Their bytes with the header.
     pub(super) bytes: u64,
+    /// Bytes of their states with the header.
+    pub(super) states_bytes: u64,
     /// What the file that is being extended holds.
     pub(super) extended: Option<Present>,
     /// Whether `episodes.csv` is that file and must be set aside first.
@@ -111,14 +150,15 @@ impl Start {
     pub(super) fn find(folder: &Path, order: &Order, seed: u64) -> Result<Self, ResultsError> {
         let asked = order.episodes();
         let too_many = |present| ResultsError::TooManyEpisodes { folder: folder.to_owned(), present, asked };
-        let present = Present::scan(&folder.join(EPISODES_CSV), order, seed)?;
+        restore(folder)?;
+        let present = Present::scan(folder, TABLES, order, seed)?;
         // While only the first point has rows, each block is one of its episodes.
         let least = present.episodes.unwrap_or(present.blocks);
-        let here = Self { blocks: present.blocks, bytes: present.bytes, ..Self::default() };
+        let Present { blocks, bytes, states_bytes, .. } = present;
+        let here = Self { blocks, bytes, states_bytes, ..Self::default() };
 
-        let extended_path = folder.join(EXTENDED_CSV);
-        if extended_path.exists() {
-            let extended = Present::scan(&extended_path, order, seed)?;
+        if folder.join(EXTENDED_CSV).exists() {
+            let extended = Present::scan(folder, EXTENDED, order, seed)?;
             let Some(old) = extended.episodes else {
                 let reason = format!("{EXTENDED_CSV} holds fewer than two sweep points");
                 return Err(ResultsError::Foreign { folder: folder.to_owned(), reason });
@@ -134,46 +174,79 @@ impl Start {
         match present.episodes {
             _ if least > asked => Err(too_many(least)),
             Some(episodes) if episodes < asked => {
-                Ok(Self { blocks: 0, bytes: 0, extended: Some(present), is_to_be_set_aside: true })
+                Ok(Self { extended: Some(present), is_to_be_set_aside: true, ..Self::default() })
             }
             _ => Ok(here),
         }
     }
 }
 
-/// The file that is being extended, read once from front to back.
+/// Sets the tables aside for an extension, the states first: alone they are not an extension yet.
+pub(super) fn set_aside(folder: &Path) -> Result<(), ResultsError> {
+    rename(folder, STATES_CSV, EXTENDED_STATES_CSV)?;
+    rename(folder, EPISODES_CSV, EXTENDED_CSV)
+}
+
+/// Takes back a setting aside that a kill has cut short.
+fn restore(folder: &Path) -> Result<(), ResultsError> {
+    if folder.join(EXTENDED_STATES_CSV).exists() && !folder.join(EXTENDED_CSV).exists() {
+        rename(folder, EXTENDED_STATES_CSV, STATES_CSV)?;
+    }
+    Ok(())
+}
+
+/// Removes what was set aside, in the order in which a kill leaves no states alone.
+pub(super) fn forget(folder: &Path) -> Result<(), ResultsError> {
+    store::remove(&folder.join(EXTENDED_STATES_CSV))?;
+    store::remove(&folder.join(EXTENDED_CSV))
+}
+
+fn rename(folder: &Path, from: &str, to: &str) -> Result<(), ResultsError> {
+    let from = folder.join(from);
+    std::fs::rename(&from, folder.join(to)).map_err(ResultsError::io("rename", &from))
+}
+
+/// The tables that are being extended, read once from front to back.
 #[derive(Debug)]
 pub(super) struct Extended {
     pub(super) present: Present,
     reader: BufReader<File>,
-    /// The block that comes next in the file.
+    states: StateLines<BufReader<File>>,
+    /// The block that comes next in the tables.
     next: u64,
 }
 
 impl Extended {
-    pub(super) fn open(path: &Path, present: Present) -> Result<Self, ResultsError> {
-        let open = || {
-            let mut reader = BufReader::new(File::open(path)?);
+    pub(super) fn open(folder: &Path, present: Present) -> Result<Self, ResultsError> {
+        let [path, states_path] = EXTENDED.map(|name| folder.join(name));
+        let episodes = || {
+            let mut reader = BufReader::new(File::open(&path)?);
             reader.skip_until(b'\n')?;
             Ok(reader)
         };
-        let reader = open().map_err(ResultsError::io("read", path))?;
-        Ok(Self { present, reader, next: 0 })
+        let states = || {
+            let lines = StateLines::new(BufReader::new(File::open(&states_path)?))?;
+            Ok(lines.expect("the header was there when the file was scanned"))
+        };
+        let reader = episodes().map_err(ResultsError::io("read", &path))?;
+        let states = states().map_err(ResultsError::io("read", &states_path))?;
+        Ok(Self { present, reader, states, next: 0 })
     }
 
-    /// The lines of a block; blocks are asked for in order.
-    pub(super) fn lines(&mut self, ordinal: u64, order: &Order) -> io::Result<Vec<u8>> {
+    /// The lines of a block, of its episodes and of its states; blocks are asked for in order.
+    pub(super) fn lines(&mut self, ordinal: u64, order: &Order) -> io::Result<(Vec<u8>, Vec<u8>)> {
         assert!(self.next <= ordinal, "block {ordinal} after block {}", self.next);
         let episodes = self.present.episodes.expect("the number of episodes is known");
-        let mut lines = Vec::new();
+        let (mut lines, mut states) = (Vec::new(), Vec::new());
         while self.next <= ordinal {
             lines.clear();
-            let point = u32::try_from(self.next / episodes).expect("points are numbered with 32 bits");
+            let point = order.driven(self.next / episodes).expect("the file was scanned in this order");
             for _ in order.stacks(point) {
                 self.reader.read_until(b'\n', &mut lines)?;
             }
+            states = self.states.block(point, self.next % episodes)?;
             self.next += 1;
         }
-        Ok(lines)
+        Ok((lines, states))
     }
 }

@@ -43,10 +43,11 @@ pub fn table(summary: &[SummaryRow]) -> String {
         push_line(&mut text, &HEADING.map(|lines| lines[heading]), &widths);
     }
     let mut point = None;
-    for (row, mut cells) in summary.iter().zip(cells) {
+    for (index, mut cells) in cells.into_iter().enumerate() {
+        let row = &summary[index];
         if point.replace(row.point) != Some(row.point) && !row.swept.is_empty() {
-            let values: Vec<String> = row.swept.iter().map(|(key, value)| format!("{key} = {value}")).collect();
-            text.push_str(&format!("{}:\n", values.join(", ")));
+            let rows = summary[index..].iter().take_while(|other| other.point == row.point);
+            text.push_str(&format!("{}:\n", title(rows.map(|row| row.swept.as_slice()))));
         }
         if cells[0].chars().count() > widths[0] {
             text.push_str(&cells[0]);
@@ -56,6 +57,16 @@ pub fn table(summary: &[SummaryRow]) -> String {
         push_line(&mut text, &cells.each_ref().map(String::as_str), &widths);
     }
     text
+}
+
+/// The values of a sweep point, of all that the rows of its stacks say: a key that touches none of them is left out.
+pub(crate) fn title<'a>(rows: impl Iterator<Item = &'a [(String, String)]> + Clone) -> String {
+    let keys = rows.clone().next().unwrap_or_default().iter().enumerate();
+    let values = keys.filter_map(|(index, (key, _))| {
+        let value = rows.clone().map(|row| row[index].1.as_str()).find(|value| !value.is_empty())?;
+        Some(format!("{key} = {value}"))
+    });
+    values.collect::<Vec<String>>().join(", ")
 }
 
 /// One line: the first column to the left, the others to the right, two spaces between.

@@ -136,17 +136,28 @@ impl Scenario {
     /// If the map cannot be had, the robot does not fit at the start, the goal is out of reach, or
     /// the known map has no way between the two.
     pub fn check(&self, folder: &Path) -> Result<(), ScenarioError> {
-        let grid = match self.map.load(folder, EpisodeSeed { seed: self.seed, episode: 0 }) {
-            Ok(grid) => grid,
+        match self.load_map(folder)? {
+            Some(map) => self.check_on(&map, folder),
+            None => Ok(()),
+        }
+    }
+
+    /// The map of episode 0, for [`Self::check_on`]; `None` where that episode has none.
+    pub(super) fn load_map(&self, folder: &Path) -> Result<Option<StaticMap>, ScenarioError> {
+        match self.map.load(folder, EpisodeSeed { seed: self.seed, episode: 0 }) {
+            Ok(grid) => Ok(Some(StaticMap::new(grid))),
             // What one episode draws says nothing of the others: it is a result and not a fault.
-            Err(MapError::Infeasible { .. }) => return Ok(()),
-            Err(error) => return Err(self.map_error(error)),
-        };
-        let map = StaticMap::new(grid);
+            Err(MapError::Infeasible { .. }) => Ok(None),
+            Err(error) => Err(self.map_error(error)),
+        }
+    }
+
+    /// Checks the scenario against `map`, which is its own.
+    pub(super) fn check_on(&self, map: &StaticMap, folder: &Path) -> Result<(), ScenarioError> {
         let robot = Robot::new(&self.robot, &self.limits);
         let start = self.start.given(&map.grid).map(|(position, _)| position);
         let goal = self.goal.given(&map.grid);
-        self.scene_spec(folder).and_then(|scene| scene.check(&map, &robot)).map_err(|error| {
+        self.scene_spec(folder).and_then(|scene| scene.check(map, &robot)).map_err(|error| {
             let refused =
                 ScenarioError::new(format!("`{}`: {}", error.key, error.message)).key(KeyPath::parse(&error.key));
             match (error.key.as_str(), start, goal) {
@@ -154,7 +165,7 @@ impl Scenario {
                     refused.help("give it another heading, or a place with more room")
                 }
                 ("start", Some(place), _) | ("goal", _, Some(place)) => {
-                    nearest_fit(refused, &map, place, robot.inscribed_radius_m())
+                    nearest_fit(refused, map, place, robot.inscribed_radius_m())
                 }
                 (key, ..) if key.ends_with(".position") || key.ends_with(".pose") => {
                     refused.help("move it to free floor")
@@ -172,7 +183,7 @@ impl Scenario {
                 .note(format!("`termination.goal_tolerance_m` is {tolerance}: nearer than that has arrived"))
                 .help("move them apart"));
         }
-        self.check_way(&map, start, goal)
+        self.check_way(map, start, goal)
     }
 
     /// Checks that the planning grid has a way from the start to the goal.
@@ -404,6 +415,6 @@ mod tests {
         let text = "ab\né#x\n";
         assert_eq!(&text[span_at(text, 2, 2)], "#");
         assert_eq!(&text[span_at(text, 2, 1)], "é");
-        assert_eq!(span_at(text, 2, 9), 6..6, "behind the line's end");
+        assert_eq!(span_at(text, 2, 9), 7..7, "behind the line's end");
     }
 }

@@ -10,6 +10,7 @@ use super::key_path::KeyPath;
 use super::schema::Place;
 use super::{explain, shape};
 use crate::settings::choice::nearest;
+use crate::settings::quantity::counted;
 use serde_yaml::{Mapping, Value};
 
 /// A value to put at a place of the scenario's tree.
@@ -143,7 +144,7 @@ impl Cursor<'_> {
             (parsed, ..) => {
                 let names: Vec<&str> = items.iter().filter_map(name_of).collect();
                 let mut error = ScenarioError::new(match parsed {
-                    Ok(_) => format!("`{}` has {count} items, counted from 0", self.done),
+                    Ok(_) => format!("`{}` has {}, counted from 0", self.done, counted(count as u64, "item")),
                     Err(_) => format!("no item of `{}` is `{part}`", self.done),
                 });
                 if let Some(near) = nearest(part, &names) {

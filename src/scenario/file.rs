@@ -128,7 +128,7 @@ impl ScenarioFile {
     }
 
     /// The tree after all edits, and where each of them landed.
-    fn edited(
+    pub(super) fn edited(
         &self,
         edits: &[Edit],
         schema: &serde_json::Value,
@@ -141,7 +141,7 @@ impl ScenarioFile {
     }
 
     /// Shows an error where its keys stand: at the last edit of one of them, else in the file.
-    fn place(&self, error: ScenarioError, edits: &[Edit]) -> ScenarioError {
+    pub(super) fn place(&self, error: ScenarioError, edits: &[Edit]) -> ScenarioError {
         let landed = self.edited(edits, Scenario::schema()).map(|(_, landed)| landed).unwrap_or_default();
         if let Some((edit, key)) = edit_of(&error, &landed) {
             return edits[edit].blame(error.showing(key), None);

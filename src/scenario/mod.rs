@@ -145,6 +145,14 @@ impl Scenario {
         serde_yaml::to_string(self).expect("a scenario is made of maps, lists, texts and finite numbers")
     }
 
+    /// A text that two scenarios share if they differ in their stacks alone.
+    fn text_without_stacks(&mut self) -> String {
+        let stacks = std::mem::replace(&mut self.stacks, Stacks::List(Vec::new()));
+        let text = serde_json::to_string(self).expect("a scenario is made of maps, lists, texts and finite numbers");
+        self.stacks = stacks;
+        text
+    }
+
     /// The JSON Schema of scenario files, for editors.
     pub fn schema() -> &'static serde_json::Value {
         static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(|| schemars::schema_for!(Scenario).to_value());

@@ -1,6 +1,6 @@
 //! The stacks of a scenario: a product of planners, or a list of stacks one by one.
 
-use super::Name;
+use super::{KeyPath, Name, Step};
 use crate::plan::global::GlobalChoice;
 use crate::plan::local::LocalChoice;
 use crate::plan::path::PathChoice;
@@ -78,6 +78,31 @@ impl Stacks {
             Self::List(stacks) => {
                 stacks.iter().map(|s| spec(s.name.as_ref(), &s.global, &s.path, &s.local, &s.replan)).collect()
             }
+        }
+    }
+}
+
+impl Stacks {
+    /// Whether a change of the value at `path` (from the top of the scenario) can touch each stack, in the order of
+    /// [`Self::specs`]: everything outside `stacks` touches all of them, a planner those that it is part of.
+    pub(super) fn touched_by(&self, path: &KeyPath) -> Vec<bool> {
+        let below = match path.steps() {
+            [Step::Key(top), below @ ..] if top == "stacks" => below,
+            _ => &[],
+        };
+        match (self, below) {
+            (Self::List(stacks), [Step::Item(item), ..]) => (0..stacks.len()).map(|stack| stack == *item).collect(),
+            (Self::Product(product), [Step::Key(list), Step::Item(item), ..]) => {
+                let (paths, locals) = (product.path.len(), product.local.len());
+                let holds = |stack: usize| match list.as_str() {
+                    "global" => stack / (paths * locals) == *item,
+                    "path" => stack / locals % paths == *item,
+                    "local" => stack % locals == *item,
+                    _ => true,
+                };
+                (0..product.global.len() * paths * locals).map(holds).collect()
+            }
+            _ => vec![true; self.specs().len()],
         }
     }
 }
@@ -242,5 +267,35 @@ mod tests {
         assert_eq!(specs[1].global, None);
         let replan = |k: usize| specs[k].replan.as_ref().map(Replan::name);
         assert_eq!((replan(0), replan(1), replan(2)), (None, Some("every"), Some("when_stuck")));
+    }
+
+    #[test]
+    fn a_key_touches_the_stacks_that_its_planner_is_part_of() {
+        let text = "{global: [a_star, none], path: [[], [line_of_sight]], local: [dwa, pure_pursuit]}";
+        let product: Stacks = serde_yaml::from_str(text).unwrap();
+        let touched = |stacks: &Stacks, path: &str| -> Vec<String> {
+            let touched = stacks.touched_by(&KeyPath::parse(path));
+            assert_eq!(touched.len(), stacks.specs().len());
+            let names = stacks.specs().into_iter().map(|spec| spec.name).zip(touched);
+            names.filter(|(_, touched)| *touched).map(|(name, _)| name).collect()
+        };
+        for (path, part, count) in [
+            ("stacks.global[0].a_star.corner_rule", "a_star", 4),
+            ("stacks.global[1]", "none", 4),
+            ("stacks.path[1][0].line_of_sight", "line_of_sight", 4),
+            ("stacks.local[1].pure_pursuit.lookahead_m", "pure_pursuit", 4),
+        ] {
+            let names = touched(&product, path);
+            assert!(
+                names.len() == count && names.iter().all(|name| name.split('+').any(|p| p == part)),
+                "{path}: {names:?}"
+            );
+        }
+        for path in ["limits.speed_max_mps", "stacks.replan", "stacks.local", "stacks", "planning.inflation_m"] {
+            assert_eq!(touched(&product, path).len(), 8, "{path}");
+        }
+        let list: Stacks = serde_yaml::from_str("[{global: a_star, local: dwa}, {global: none, local: dwa}]").unwrap();
+        assert_eq!(touched(&list, "stacks[1].local.dwa.horizon_s"), ["none+dwa"]);
+        assert_eq!(touched(&list, "robot.radius_m").len(), 2);
     }
 }

@@ -16,14 +16,17 @@
 use super::error::ScenarioError;
 use super::key_path::KeyPath;
 use super::{Edit, Scenario, ScenarioFile};
+use crate::map::MapSpec;
 use crate::rng::{EpisodeSeed, Purpose};
-use crate::settings::quantity::{Count, Finite};
+use crate::settings::quantity::{Count, Finite, counted};
+use crate::world::StaticMap;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_yaml::Value;
 use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 /// Points of one sweep; more are a slip of the pen, or days of work.
@@ -98,6 +101,18 @@ pub struct SweepPoint {
     pub values: Vec<String>,
     /// The scenario at this point; its own `sweep` is empty.
     pub scenario: Scenario,
+    /// Points of equal number differ in their stacks alone: a stack that both have drives the same episodes.
+    pub surroundings: usize,
+    /// Of each stack, in order: whether each swept key touches it.
+    touched: Vec<Vec<bool>>,
+}
+
+impl SweepPoint {
+    /// The values of the swept keys in the rows of a stack, by its number: empty where the key does not touch the stack.
+    pub fn values_of(&self, stack: usize) -> Vec<String> {
+        let values = self.values.iter().zip(&self.touched[stack]);
+        values.map(|(value, touched)| if *touched { value.clone() } else { String::new() }).collect()
+    }
 }
 
 impl Sweep {
@@ -138,8 +153,8 @@ impl Sweep {
                 && let [(first, values), rest @ ..] = columns.as_slice()
                 && let Some((other, found)) = rest.iter().find(|(_, others)| others.len() != values.len())
             {
-                let (n, m) = (values.len(), found.len());
-                return refuse(format!("`zip` joins {n} values of `{first}` to {m} of `{other}`"), "as many of each");
+                let (n, m) = (counted(values.len() as u64, "value"), found.len());
+                return refuse(format!("`zip` joins {n} of `{first}` to {m} of `{other}`"), "as many of each");
             }
             if axis.len() == 0 {
                 return refuse("a sweep over no values".to_owned(), "an empty list");
@@ -149,7 +164,7 @@ impl Sweep {
         if points > POINTS_MAX {
             return refuse(format!("a sweep of {points} points"), "at most 10000");
         }
-        Ok(())
+        self.0.iter().try_for_each(Axis::distinct)
     }
 
     /// The settings of every point.
@@ -173,6 +188,31 @@ impl Axis {
             Self::Zip(columns) => columns.first().map_or(0, |(_, values)| values.len()),
             Self::LatinHypercube(cube) => cube.points.get() as usize,
         }
+    }
+
+    /// Checks that no two points of the axis have the same values.
+    fn distinct(&self) -> Result<(), ScenarioError> {
+        let (columns, at) = match self {
+            Self::Key(key, values) => (vec![values.values()], KeyPath::parse("sweep").key(key)),
+            Self::Zip(columns) => {
+                (columns.iter().map(|(_, values)| values.values()).collect(), KeyPath::parse("sweep").key("zip"))
+            }
+            // Its points lie in strata of their own.
+            Self::LatinHypercube(_) => return Ok(()),
+        };
+        let mut seen = BTreeSet::new();
+        for k in 0..self.len() {
+            let values: Vec<&Value> = columns.iter().map(|column: &Vec<Value>| &column[k]).collect();
+            if !seen.insert(values.iter().map(|value| meant(value)).collect::<Vec<String>>()) {
+                let shown = values.iter().map(|value| shown(value)).collect::<Vec<String>>().join(", ");
+                let (what, are) = if values.len() == 1 { ("value", "is") } else { ("values", "are") };
+                let at = if matches!(self, Self::Zip(_)) { at } else { at.item(k) };
+                return Err(ScenarioError::new(format!("the {what} {shown} {are} there twice"))
+                    .key(at)
+                    .label("a point of the sweep is like no other"));
+            }
+        }
+        Ok(())
     }
 
     fn points(&self) -> Vec<Vec<Setting>> {
@@ -237,6 +277,15 @@ fn number(x: f64) -> Value {
     if x.fract() == 0.0 && x.abs() < 1e15 { Value::from(x as i64) } else { Value::from(x) }
 }
 
+/// A text that is the same for values that mean the same: 1 and 1.0.
+fn meant(value: &Value) -> String {
+    match value.as_f64() {
+        // Every whole number below 2⁵³ is a number of this type.
+        Some(x) if x.fract() == 0.0 && x.abs() < 9_007_199_254_740_992.0 => format!("{}", x as i64),
+        _ => shown(value),
+    }
+}
+
 /// A value as it stands in a column.
 fn shown(value: &Value) -> String {
     match value {
@@ -254,22 +303,105 @@ impl ScenarioFile {
     pub fn points(&self, scenario: &Scenario, edits: &[Edit]) -> Result<Vec<SweepPoint>, ScenarioError> {
         if scenario.sweep.is_empty() {
             self.check(scenario, edits)?;
-            return Ok(vec![SweepPoint { values: Vec::new(), scenario: scenario.clone() }]);
+            let touched = vec![Vec::new(); scenario.stacks().len()];
+            let scenario = scenario.clone();
+            return Ok(vec![SweepPoint { values: Vec::new(), scenario, surroundings: 0, touched }]);
         }
-        let point = |settings: Vec<Setting>| {
-            let swept = settings.iter().map(|Setting { key, number, value }| {
-                Edit::new("sweep['", key, &format!("']{number}: {}", shown(value)), value.clone())
-            });
-            let edits: Vec<Edit> = edits.iter().cloned().chain(swept).collect();
-            let checked = self.read(&edits).and_then(|scenario| self.check(&scenario, &edits).map(|()| scenario));
-            let mut scenario = checked.map_err(|error| {
-                let at: Vec<String> = settings.iter().map(|s| format!("{} = {}", s.key, shown(&s.value))).collect();
-                error.note(format!("at the sweep's point {}", at.join(", ")))
-            })?;
-            scenario.sweep = Sweep::default();
-            Ok(SweepPoint { values: settings.iter().map(|setting| shown(&setting.value)).collect(), scenario })
+        let mut reader = PointReader::new(self, scenario, edits)?;
+        let mut points = Vec::new();
+        for settings in scenario.sweep.points() {
+            points.push(reader.read(settings)?);
+        }
+        Ok(points)
+    }
+}
+
+/// Reads the points of a sweep one after the other. What they share is parsed, edited and checked once.
+struct PointReader<'a> {
+    file: &'a ScenarioFile,
+    /// The scenario with its sweep.
+    scenario: &'a Scenario,
+    edits: &'a [Edit],
+    /// The tree that the settings of a point are put into, without the sweep.
+    tree: Value,
+    /// Scenarios without their stacks, by their text: the checked ones.
+    surroundings: BTreeMap<String, usize>,
+    /// Points by surroundings and the text of their stacks.
+    seen: BTreeSet<(usize, String)>,
+    /// The map that was loaded last.
+    map: Option<(MapSpec, StaticMap)>,
+}
+
+impl<'a> PointReader<'a> {
+    fn new(file: &'a ScenarioFile, scenario: &'a Scenario, edits: &'a [Edit]) -> Result<Self, ScenarioError> {
+        let (mut tree, _) = file.edited(edits, Scenario::schema())?;
+        if let Value::Mapping(keys) = &mut tree {
+            keys.remove("sweep");
+        }
+        let (surroundings, seen) = (BTreeMap::new(), BTreeSet::new());
+        Ok(Self { file, scenario, edits, tree, surroundings, seen, map: None })
+    }
+
+    fn read(&mut self, settings: Vec<Setting>) -> Result<SweepPoint, ScenarioError> {
+        let swept: Vec<Edit> = settings.iter().map(Setting::edit).collect();
+        let at = |error: ScenarioError| {
+            let at: Vec<String> = settings.iter().map(|s| format!("{} = {}", s.key, shown(&s.value))).collect();
+            error.note(format!("at the sweep's point {}", at.join(", ")))
         };
-        scenario.sweep.points().into_iter().map(point).collect()
+        // Straight from the tree. Where that fails, the way through the text says why, or knows better.
+        let mut tree = self.tree.clone();
+        let schema = Scenario::schema();
+        let landed: Result<Vec<KeyPath>, _> = swept.iter().map(|edit| edit.apply(&mut tree, schema)).collect();
+        let edits = || self.edits.iter().chain(&swept).cloned().collect::<Vec<Edit>>();
+        let direct = serde_yaml::from_value(tree).ok().and_then(|mut point: Scenario| {
+            point.name = self.scenario.name.clone();
+            point.consistent().ok().map(|()| point)
+        });
+        let mut point = match direct {
+            Some(point) => point,
+            None => self.file.read(&edits()).map_err(at)?,
+        };
+        let landed = landed.map_err(at)?;
+        point.sweep = Sweep::default();
+
+        let text = point.text_without_stacks();
+        let surroundings = match self.surroundings.get(&text) {
+            Some(&number) => number,
+            None => {
+                let edits = edits();
+                self.check(&point, &edits).map_err(at)?;
+                self.surroundings.insert(text, self.surroundings.len());
+                self.surroundings.len() - 1
+            }
+        };
+        let stacks = serde_json::to_string(&point.stacks).expect("stacks are names and finite numbers");
+        if !self.seen.insert((surroundings, stacks)) {
+            let error = ScenarioError::new("a point of the sweep changes nothing: it is an earlier one in other words");
+            return Err(at(self.file.place(error.key(KeyPath::parse("sweep")), self.edits)));
+        }
+        let values = settings.iter().map(|setting| shown(&setting.value)).collect();
+        let by_key: Vec<Vec<bool>> = landed.iter().map(|key| point.stacks.touched_by(key)).collect();
+        let touched = (0..point.stacks().len()).map(|stack| by_key.iter().map(|key| key[stack]).collect()).collect();
+        Ok(SweepPoint { values, scenario: point, surroundings, touched })
+    }
+
+    /// Checks a point against its map, which is loaded anew only where it is another one than the last.
+    fn check(&mut self, point: &Scenario, edits: &[Edit]) -> Result<(), ScenarioError> {
+        if self.map.as_ref().is_none_or(|(spec, _)| *spec != point.map) {
+            match point.load_map(self.file.folder()).map_err(|error| self.file.place(error, edits))? {
+                Some(map) => self.map = Some((point.map.clone(), map)),
+                None => return Ok(()),
+            }
+        }
+        let Some((_, map)) = &self.map else { return Ok(()) };
+        point.check_on(map, self.file.folder()).map_err(|error| self.file.place(error, edits))
+    }
+}
+
+impl Setting {
+    fn edit(&self) -> Edit {
+        let Self { key, number, value } = self;
+        Edit::new("sweep['", key, &format!("']{number}: {}", shown(value)), value.clone())
     }
 }
 
@@ -393,9 +525,6 @@ impl<'de> Deserialize<'de> for Values {
             fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut list: A) -> Result<Values, A::Error> {
                 let mut values = Vec::new();
                 while let Some(value) = list.next_element()? {
-                    if values.contains(&value) {
-                        return Err(A::Error::custom(format!("the value {} is there twice", shown(&value))));
-                    }
                     values.push(value);
                 }
                 Ok(Values::List(values))
@@ -467,6 +596,28 @@ mod tests {
         }
         let plain = points("").unwrap();
         assert_eq!((plain.len(), plain[0].values.len()), (1, 0));
+        // Points are read from the tree; the way through the text gives the same, also where a text looks like a number.
+        let (more, sweep) = (
+            "description: 12",
+            "sweep: {stacks.local.dwa.horizon_s: [1, 2.5], stacks.replan: [never, every: {period_s: 3}]}",
+        );
+        let file = ScenarioFile::from_text("scenario.yaml", format!("{BASE}{more}\n{sweep}"));
+        let found = file.points(&file.read(&[]).unwrap(), &[]).unwrap();
+        assert_eq!(found.len(), 4);
+        for (point, (horizon, replan)) in found.iter().zip([
+            ("1", "never"),
+            ("1", "{every: {period_s: 3}}"),
+            ("2.5", "never"),
+            ("2.5", "{every: {period_s: 3}}"),
+        ]) {
+            let set = |text: &str| Edit::parse(text).unwrap();
+            let edits = [
+                set(&format!("stacks.local.dwa.horizon_s={horizon}")),
+                set(&format!("stacks.replan={replan}")),
+                set("sweep={}"),
+            ];
+            assert_eq!(point.scenario, file.read(&edits).unwrap());
+        }
     }
 
     #[test]
@@ -500,6 +651,26 @@ mod tests {
             scenario.sweep.keys(),
             ["stacks.local.dwa.horizon_s", "robot.radius_m", "planning.replan", "sensing.range_m"]
         );
+    }
+
+    #[test]
+    fn a_value_may_come_again_in_a_zip_whose_tuples_differ() {
+        let found = values("sweep: {zip: {robot.radius_m: [0.2, 0.2, 0.3], sensing.range_m: [3, 4, 4]}}");
+        assert_eq!(found, [["0.2", "3"], ["0.2", "4"], ["0.3", "4"]]);
+    }
+
+    #[test]
+    fn rows_say_the_values_of_the_keys_that_touch_their_stack() {
+        let found = points("sweep: {limits.speed_max_mps: [0.5, 1], stacks.local.dwa.horizon_s: [1, 2]}").unwrap();
+        assert_eq!(
+            found.iter().map(|point| point.values_of(0).join("|")).collect::<Vec<_>>(),
+            ["0.5|1", "0.5|2", "1|1", "1|2"]
+        );
+        assert_eq!(
+            found.iter().map(|point| point.values_of(1).join("|")).collect::<Vec<_>>(),
+            ["0.5|", "0.5|", "1|", "1|"]
+        );
+        assert_eq!(found.iter().map(|point| point.surroundings).collect::<Vec<_>>(), [0, 0, 1, 1]);
     }
 
     #[test]

@@ -9,6 +9,11 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::fmt;
 
+/// A count with its noun, for messages: `1 stack`, `2 stacks`.
+pub fn counted(count: u64, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
 macro_rules! real_quantities {
     ($($(#[$doc:meta])* $name:ident: $expected:literal, $test:expr, $schema:tt;)*) => {$(
         $(#[$doc])*

@@ -181,3 +181,19 @@ fn a_baseline_finds_what_moved_and_what_got_worse() {
     let (text, error, code) = against(&one, &old);
     assert!(code == 0 && text.contains("1 moved") && text.contains("first, episode 7"), "{text}{error}");
 }
+
+#[test]
+fn a_table_of_an_older_header_is_analysed_and_its_missing_columns_are_said_once() {
+    let old = Path::new("tests/data/episodes_header_1.csv");
+    let (text, error, code) = analyze(&[], &[old]);
+    assert!(code == 0 && text.contains("a_star"), "{text}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+    assert!(
+        error.contains("episodes_header_1.csv: an older version wrote this table") && error.contains("contacts"),
+        "{error}"
+    );
+    // The run of today is compared with that of the older version as ever.
+    let (text, _, code) =
+        analyze(&["--baseline", "tests/data/episodes_header_1.csv"], &[Path::new("results/reference/05_crossing")]);
+    assert!(code == 0 && text.contains(" 0 missing, 0 new"), "{text}");
+}

@@ -5,7 +5,7 @@
 
 use super::support::{is_blessing, root};
 use simrun::experiment::{Experiment, Session};
-use simrun::results::{EPISODES_CSV, Existing, SUMMARY_CSV, compare};
+use simrun::results::{EPISODES_CSV, Existing, STATES_CSV, SUMMARY_CSV, compare};
 use simrun::scenario::{Edit, ScenarioFile};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ fn run(experiment: &Experiment, path: &Path, threads: usize, stop_after: Option<
 }
 
 fn assert_same(left: &Path, right: &Path, hint: &str) {
-    for file in [EPISODES_CSV, SUMMARY_CSV] {
+    for file in [EPISODES_CSV, STATES_CSV, SUMMARY_CSV] {
         if let Some(difference) = compare(&left.join(file), &right.join(file)).unwrap() {
             panic!("{file}: {difference}\n{hint}");
         }
@@ -51,7 +51,7 @@ fn reference_results_have_not_moved() {
         let reference: PathBuf = root().join("results/reference").join(name);
         if is_blessing() {
             fs::create_dir_all(&reference).unwrap();
-            for file in [EPISODES_CSV, SUMMARY_CSV] {
+            for file in [EPISODES_CSV, STATES_CSV, SUMMARY_CSV] {
                 fs::copy(fresh.join(file), reference.join(file)).unwrap();
             }
         }

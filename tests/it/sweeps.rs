@@ -94,10 +94,84 @@ fn one_world_of_one_point_can_be_run_alone_and_all_of_it_again_with_other_thread
     assert!(listed.contains("1: stacks.local.dwa.horizon_s = 2: a_star+dwa"), "{listed}");
 }
 
+/// The lines of `episodes.csv` of a run into a folder of its own.
+fn lines(folder: &Path, name: &str) -> Vec<String> {
+    let text = fs::read_to_string(folder.join(format!("results/{name}/episodes.csv"))).unwrap();
+    text.lines().map(str::to_owned).collect()
+}
+
 #[test]
-fn a_point_that_changes_nothing_is_refused() {
+fn every_row_of_a_three_axis_sweep_replays_by_its_own_point_episode_and_stack() {
     let scratch = tempfile::tempdir().unwrap();
-    fs::write(scratch.path().join("same.yaml"), format!("{BASE}sweep: {{limits.speed_max_mps: [1, 1.0]}}")).unwrap();
-    let message = simrun(scratch.path()).arg("same.yaml").ends_with(2).stderr;
-    assert!(message.contains("changes nothing") || message.contains("there twice"), "{message}");
+    let text = BASE.replace("[a_star]", "[a_star, dijkstra]").replace("episodes: 3", "episodes: 2")
+        + "sweep: {limits.speed_max_mps: [0.6, 0.9], stacks.global.a_star.corner_rule: [forbid, allow], \
+           stacks.local.dwa.horizon_s: [1, 2]}";
+    let swept = rows(scratch.path(), "swept", &text);
+    let lines = lines(scratch.path(), "swept");
+    // At each speed: 4 settings of a_star+dwa, 2 of dijkstra+dwa, 2 of a_star+pure_pursuit, 1 of dijkstra+pure_pursuit.
+    assert_eq!((swept.len(), lines.len()), (2 * 2 * 9, 2 * 2 * 9 + 1));
+    for (row, line) in swept.iter().zip(&lines[1..]) {
+        let args = ["--point", get(row, "point"), "--episode", get(row, "episode"), "--stack", get(row, "stack")];
+        let alone = simrun(scratch.path()).arg("swept.yaml").args(args).ends_with(0).stdout;
+        assert_eq!(alone, format!("{}\n{line}\n", lines[0]), "{args:?}");
+        // A key that does not touch the stack is empty.
+        for (part, key) in [("a_star", "stacks.global.a_star.corner_rule"), ("dwa", "stacks.local.dwa.horizon_s")] {
+            assert_eq!(get(row, key).is_empty(), !get(row, "stack").split('+').any(|name| name == part), "{line}");
+        }
+        assert!(!get(row, "limits.speed_max_mps").is_empty());
+    }
+    // Left out stacks do not renumber the points of the others, in a whole run either.
+    let args = ["swept.yaml", "--quiet", "--stack", "dijkstra+dwa", "--out", "results/alone"];
+    simrun(scratch.path()).args(args).ends_with(0);
+    let alone = self::lines(scratch.path(), "alone");
+    let kept: Vec<&String> =
+        lines.iter().filter(|line| line.contains(",dijkstra+dwa,") || line.starts_with("scenario")).collect();
+    assert_eq!(alone.iter().collect::<Vec<_>>(), kept);
+    simrun(scratch.path()).args(["verify", "swept.yaml"]).ends_with(0);
+}
+
+#[test]
+fn a_product_over_two_planners_runs_and_resumes_and_an_empty_point_is_said() {
+    let scratch = tempfile::tempdir().unwrap();
+    let sweep = "sweep: {stacks.local.dwa.horizon_s: [1, 2], stacks.local.pure_pursuit.lookahead_m: [0.5, 1]}";
+    let swept = rows(scratch.path(), "swept", &format!("{BASE}{sweep}"));
+    let settings: Vec<String> = swept
+        .iter()
+        .filter(|row| get(row, "episode") == "0")
+        .map(|row| {
+            let values =
+                ["stacks.local.dwa.horizon_s", "stacks.local.pure_pursuit.lookahead_m"].map(|key| get(row, key));
+            format!("{} {} {}", get(row, "point"), get(row, "local"), values.join("|"))
+        })
+        .collect();
+    assert_eq!(settings, ["0 dwa 1|", "0 pure_pursuit |0.5", "1 pure_pursuit |1", "2 dwa 2|"]);
+    // More episodes make the bytes of a longer run, across the point without rows.
+    simrun(scratch.path()).args(["swept.yaml", "--quiet", "--episodes", "5"]).ends_with(0);
+    simrun(scratch.path()).args(["swept.yaml", "--quiet", "--episodes", "5", "--out", "results/long"]).ends_with(0);
+    assert_eq!(lines(scratch.path(), "swept"), lines(scratch.path(), "long"));
+    let message = simrun(scratch.path()).args(["swept.yaml", "--point", "3", "--episode", "0"]).ends_with(2).stderr;
+    assert!(message.starts_with("error: nothing runs at point 3"), "{message}");
+    let listed = simrun(scratch.path()).args(["check", "swept.yaml"]).ends_with(0).stdout;
+    assert!(listed.contains("valid, 4 points, 3 episodes each"), "{listed}");
+    assert!(
+        listed.contains("3: stacks.local.dwa.horizon_s = 2, stacks.local.pure_pursuit.lookahead_m = 1: nothing new"),
+        "{listed}"
+    );
+    let analysed = simrun(scratch.path()).args(["analyze", "results/swept"]).ends_with(0).stdout;
+    assert!(analysed.contains("episodes.csv: stacks.local.pure_pursuit.lookahead_m = 1\n"), "{analysed}");
+}
+
+#[test]
+fn a_point_that_changes_nothing_is_refused_in_the_file() {
+    let scratch = tempfile::tempdir().unwrap();
+    let refusal = |sweep: &str| {
+        fs::write(scratch.path().join("same.yaml"), format!("{BASE}sweep: {{{sweep}}}")).unwrap();
+        simrun(scratch.path()).arg("same.yaml").ends_with(2).stderr
+    };
+    let message = refusal("limits.speed_max_mps: [1, 1.0]");
+    assert!(message.contains("the value 1.0 is there twice") && message.contains("same.yaml:7"), "{message}");
+    let message = refusal("stacks.replan: [never, {never: {}}]");
+    assert!(message.contains("changes nothing") && message.contains("same.yaml:7"), "{message}");
+    let message = refusal("zip: {robot.radius_m: [0.2, 0.3, 0.2], sensing.range_m: [3, 4, 3]}");
+    assert!(message.contains("the values 0.2, 3 are there twice"), "{message}");
 }

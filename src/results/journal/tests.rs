@@ -3,8 +3,9 @@
 use super::*;
 use crate::digest::Digest;
 use crate::episode::Outcome;
-use crate::metrics::Metrics;
-use crate::results::order::Point;
+use crate::metrics::{Metrics, StateTime};
+use crate::results::row::Row;
+use crate::results::timings::Timing;
 use crate::rng::{EpisodeSeed, Purpose};
 
 const SEED: u64 = 7;
@@ -22,17 +23,17 @@ fn identity(scenario: &str) -> Identity {
 
 /// `points` points; the first has two stacks, the others one.
 fn order(points: usize, episodes: u64) -> Order {
-    let point = |index: usize| Point {
-        values: vec![format!("0.{index}")],
-        stacks: if index == 0 { vec!["a".to_owned(), "b,c".to_owned()] } else { vec!["a".to_owned()] },
+    let point = |index: usize| {
+        let names: &[&str] = if index == 0 { &["a", "b,c"] } else { &["a"] };
+        names.iter().map(|name| StackAt { name: (*name).to_owned(), values: vec![format!("0.{index}")] }).collect()
     };
     Order::new(vec!["robot.radius_m".to_owned()], (0..points).map(point).collect(), episodes).unwrap()
 }
 
 /// The rows of a block, a pure function of its place.
-fn rows(block: &Block<'_>, order: &Order) -> Vec<(Row, Timing)> {
+fn rows(block: &Block<'_>) -> Vec<Answer> {
     let (point, episode) = (block.point(), block.episode());
-    let row = |stack: &String| {
+    let row = |StackAt { name: stack, values }: &StackAt| {
         let mut stream = EpisodeSeed { seed: u64::from(point), episode }.stream(Purpose::Planner, stack.len() as u64);
         Row {
             scenario: "s".to_owned(),
@@ -50,10 +51,17 @@ fn rows(block: &Block<'_>, order: &Order) -> Vec<(Row, Timing)> {
             metrics: Metrics { time_s: Some(stream.uniform()), ..Metrics::default() },
             world_digest: Some(Digest(stream.bits())),
             trace_digest: None,
-            swept: order.points()[point as usize].values.clone(),
+            swept: values.clone(),
         }
     };
-    block.stacks().iter().map(|stack| (row(stack), Timing::default())).collect()
+    let answer = |stack: &StackAt| {
+        let row = row(stack);
+        let time_s = row.metrics.time_s.unwrap();
+        let state = |name: &str, seconds: f64| StateTime { state: name.to_owned(), seconds, entries: 1 };
+        let states = vec![state("track", 0.25 * time_s), state("recover", 0.75 * time_s)];
+        Answer { row, states, timing: Timing::default() }
+    };
+    block.stacks().iter().map(answer).collect()
 }
 
 fn open(path: &Path, points: usize, episodes: u64) -> Result<Journal, ResultsError> {
@@ -66,19 +74,19 @@ fn run(folder: &Journal, blocks: u64) -> u64 {
     while ran < blocks
         && let Some(block) = folder.take()
     {
-        let rows = rows(&block, folder.order());
+        let rows = rows(&block);
         folder.submit(block, &rows).unwrap();
         ran += 1;
     }
     ran
 }
 
-fn content(path: &Path) -> [Vec<u8>; 2] {
-    [EPISODES_CSV, SUMMARY_CSV].map(|name| std::fs::read(path.join(name)).unwrap())
+fn content(path: &Path) -> [Vec<u8>; 3] {
+    [EPISODES_CSV, STATES_CSV, SUMMARY_CSV].map(|name| std::fs::read(path.join(name)).unwrap())
 }
 
 /// What an undisturbed run writes.
-fn undisturbed(points: usize, episodes: u64) -> [Vec<u8>; 2] {
+fn undisturbed(points: usize, episodes: u64) -> [Vec<u8>; 3] {
     let directory = tempfile::tempdir().unwrap();
     let folder = open(directory.path(), points, episodes).unwrap();
     assert_eq!(folder.opened(), Opened::Fresh);
@@ -89,26 +97,31 @@ fn undisturbed(points: usize, episodes: u64) -> [Vec<u8>; 2] {
 
 #[test]
 fn a_file_torn_at_any_byte_is_resumed_to_the_same_bytes() {
-    let [episodes, _] = &undisturbed(2, 2);
-    let directory = tempfile::tempdir().unwrap();
-    run(&open(directory.path(), 2, 2).unwrap(), 0);
-    let path = directory.path().join(EPISODES_CSV);
-    let manifest = std::fs::read(directory.path().join(MANIFEST_JSON)).unwrap();
-    let header = episodes.iter().position(|&byte| byte == b'\n').unwrap() + 1;
-    let mut fewest_run = u64::MAX;
-    // Everything behind the header, and a few places inside it.
-    for torn in (0..header).step_by(97).chain(header - 1..=episodes.len()) {
-        std::fs::write(&path, &episodes[..torn]).unwrap();
-        std::fs::write(directory.path().join(MANIFEST_JSON), &manifest).unwrap();
-        let folder = open(directory.path(), 2, 2).unwrap();
-        let ran = run(&folder, u64::MAX);
-        // Without `finish`, which waits for the disk: the summary is a function of these bytes.
-        assert_eq!(std::fs::read(&path).unwrap(), *episodes, "torn at byte {torn}");
-        // The more there was, the less is to do.
-        assert!(ran <= fewest_run, "torn at byte {torn}: {ran} blocks");
-        fewest_run = ran;
+    let whole = undisturbed(2, 2);
+    for (table, name) in [EPISODES_CSV, STATES_CSV].into_iter().enumerate() {
+        let directory = tempfile::tempdir().unwrap();
+        run(&open(directory.path(), 2, 2).unwrap(), u64::MAX);
+        let paths = [EPISODES_CSV, STATES_CSV].map(|name| directory.path().join(name));
+        let manifest = std::fs::read(directory.path().join(MANIFEST_JSON)).unwrap();
+        let text = &whole[table];
+        let header = text.iter().position(|&byte| byte == b'\n').unwrap() + 1;
+        let mut fewest_run = u64::MAX;
+        // Everything behind the header, and a few places inside it; the other table is whole.
+        for torn in (0..header).step_by(97).chain(header - 1..=text.len()) {
+            std::fs::write(&paths[table], &text[..torn]).unwrap();
+            std::fs::write(directory.path().join(MANIFEST_JSON), &manifest).unwrap();
+            let folder = open(directory.path(), 2, 2).unwrap();
+            let ran = run(&folder, u64::MAX);
+            // Without `finish`, which waits for the disk: the summary is a function of these bytes.
+            for (path, expected) in paths.iter().zip(&whole) {
+                assert_eq!(std::fs::read(path).unwrap(), *expected, "{name} torn at byte {torn}");
+            }
+            // The more there was, the less is to do.
+            assert!(ran <= fewest_run, "{name} torn at byte {torn}: {ran} blocks");
+            fewest_run = ran;
+        }
+        assert_eq!(fewest_run, 0);
     }
-    assert_eq!(fewest_run, 0);
 }
 
 #[test]
@@ -157,7 +170,7 @@ fn stopping_leaves_a_folder_without_summary_that_goes_on() {
     let taken = folder.take().unwrap();
     folder.stop();
     assert!(folder.take().is_none());
-    let rows = rows(&taken, folder.order());
+    let rows = rows(&taken);
     folder.submit(taken, &rows).unwrap();
     assert_eq!(folder.finish().unwrap(), None);
     assert!(!directory.path().join(SUMMARY_CSV).exists());
@@ -178,7 +191,7 @@ fn answers_in_any_order_from_any_thread_make_the_same_bytes() {
                 scope.spawn(move || {
                     let mut stream = EpisodeSeed { seed: 3, episode: thread }.stream(Purpose::Planner, 0);
                     while let Some(block) = folder.take() {
-                        let rows = rows(&block, folder.order());
+                        let rows = rows(&block);
                         // Some blocks take long.
                         (0..stream.index(20)).for_each(|_| std::thread::yield_now());
                         let index = block.index();
@@ -203,7 +216,7 @@ fn later_blocks_wait_for_the_first_one() {
     let blocks: Vec<Block<'_>> = (0..3).map(|_| folder.take().unwrap()).collect();
     for block in blocks.into_iter().rev() {
         assert_eq!(std::fs::read(directory.path().join(EPISODES_CSV)).unwrap(), header);
-        let rows = rows(&block, folder.order());
+        let rows = rows(&block);
         folder.submit(block, &rows).unwrap();
     }
     run(&folder, u64::MAX);
@@ -253,7 +266,7 @@ fn more_episodes_make_the_bytes_of_a_longer_run() {
         assert_eq!(run(&folder, u64::MAX), points as u64 * new - blocks, "nothing runs twice");
         folder.finish().unwrap().unwrap();
         assert_eq!(content(directory.path()), undisturbed(points, new));
-        assert!(!directory.path().join(EXTENDED_CSV).exists());
+        assert!([EXTENDED_CSV, EXTENDED_STATES_CSV].iter().all(|name| !directory.path().join(name).exists()));
     }
 }
 
@@ -270,14 +283,20 @@ fn an_extension_killed_anywhere_is_finished_to_the_same_bytes() {
         folder.finish().unwrap().unwrap();
         assert_eq!(content(directory.path()), expected);
     }
-    // Killed after the old file was set aside and before the new one was there.
-    let directory = tempfile::tempdir().unwrap();
-    run(&open(directory.path(), 3, 2).unwrap(), 6);
-    std::fs::rename(directory.path().join(EPISODES_CSV), directory.path().join(EXTENDED_CSV)).unwrap();
-    let folder = open(directory.path(), 3, 4).unwrap();
-    assert_eq!(run(&folder, u64::MAX), 6);
-    folder.finish().unwrap().unwrap();
-    assert_eq!(content(directory.path()), expected);
+    // Killed after the old tables were set aside and before the new ones were there, or between the two.
+    for is_half in [false, true] {
+        let directory = tempfile::tempdir().unwrap();
+        run(&open(directory.path(), 3, 2).unwrap(), 6);
+        resume::set_aside(directory.path()).unwrap();
+        if is_half {
+            std::fs::rename(directory.path().join(EXTENDED_CSV), directory.path().join(EPISODES_CSV)).unwrap();
+            assert_eq!(open(directory.path(), 3, 2).unwrap().opened(), Opened::Complete, "nothing is lost");
+        }
+        let folder = open(directory.path(), 3, 4).unwrap();
+        assert_eq!(run(&folder, u64::MAX), 6);
+        folder.finish().unwrap().unwrap();
+        assert_eq!(content(directory.path()), expected);
+    }
 }
 
 #[test]
@@ -324,7 +343,7 @@ fn rows_that_this_run_would_not_write_are_refused_by_line() {
         (without(3), "line 4: expected point 0, episode 1, stack `a`, found point 0, episode 1, stack `b,c`"),
         (text.clone() + lines[6] + "\n", "line 8: a row beyond the last sweep point"),
         (text.replace(",7,", ",8,"), "line 2: expected the seed 7, found 8"),
-        (text.replace("s,1,a,", "s,1,a,,"), "line 6: expected 44 fields, found 45"),
+        (text.replace("s,1,a,", "s,1,a,,"), "line 6: expected 55 fields, found 56"),
         (text.replacen("robot.radius_m", "robot.mass_kg", 1), "line 1: expected the swept keys"),
     ] {
         std::fs::write(&path, edited).unwrap();
@@ -381,10 +400,10 @@ fn a_full_disk_fails_the_run_and_leaves_whole_blocks() {
     let whole = std::fs::read(directory.path().join(EPISODES_CSV)).unwrap();
     folder.state().timings = full_disk(full);
     folder.state().episodes = full_disk(full);
-    let answer = rows(&third, folder.order());
+    let answer = rows(&third);
     let error = folder.submit(third, &answer).unwrap_err();
     assert!(matches!(error, ResultsError::Io { action: "write", .. }), "{error}");
-    let answer = rows(&fourth, folder.order());
+    let answer = rows(&fourth);
     assert!(matches!(folder.submit(fourth, &answer), Err(ResultsError::Failed(_))));
     assert!(folder.take().is_none());
     assert!(matches!(folder.finish(), Err(ResultsError::Failed(_))));
@@ -420,7 +439,7 @@ fn rows_in_another_order_are_a_bug() {
     let directory = tempfile::tempdir().unwrap();
     let folder = open(directory.path(), 1, 1).unwrap();
     let block = folder.take().unwrap();
-    let mut rows = rows(&block, folder.order());
+    let mut rows = rows(&block);
     rows.reverse();
     let _ = folder.submit(block, &rows);
 }
@@ -429,7 +448,7 @@ fn rows_in_another_order_are_a_bug() {
 fn a_swept_key_named_like_a_column_is_refused() {
     for keys in [vec!["seed"], vec!["robot.radius_m", "robot.radius_m"]] {
         let keys: Vec<String> = keys.into_iter().map(str::to_owned).collect();
-        let point = Point { values: keys.clone(), stacks: vec!["a".to_owned()] };
+        let point = vec![StackAt { name: "a".to_owned(), values: keys.clone() }];
         assert!(matches!(Order::new(keys, vec![point], 1), Err(ResultsError::SweptKey(_))));
     }
 }

@@ -1,0 +1,61 @@
+//! How long a local planner was in each of its states, and how often it came into it.
+
+use crate::trace::{Trace, time_s};
+
+/// The time that a local planner spent in one of its states in one episode: a row of `states.csv`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateTime {
+    /// Name of the state.
+    pub state: String,
+    /// Time in it, s: ticks decided in the state times dt. Over all states it is the time of the episode.
+    pub seconds: f64,
+    /// How many times it was entered: maximal runs of ticks.
+    pub entries: u32,
+}
+
+/// The states of an episode in the order in which they were first entered; none where no tick was driven.
+pub fn states(trace: &Trace, dt_s: f64) -> Vec<StateTime> {
+    let mut found: Vec<(&str, u32, u32)> = Vec::new();
+    let mut before = None;
+    // Row 0 is the state before the first decision.
+    for tick in trace.ticks.iter().skip(1) {
+        let name = tick.mode.name();
+        let index = found.iter().position(|(known, ..)| *known == name).unwrap_or_else(|| {
+            found.push((name, 0, 0));
+            found.len() - 1
+        });
+        found[index].1 += 1;
+        found[index].2 += u32::from(before != Some(name));
+        before = Some(name);
+    }
+    let times = found.into_iter();
+    times
+        .map(|(name, ticks, entries)| StateTime { state: name.to_owned(), seconds: time_s(ticks, dt_s), entries })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Pose, Twist};
+    use crate::plan::local::Mode;
+
+    #[test]
+    fn ticks_and_runs_of_ticks_are_counted_by_state() {
+        let mut ticks = crate::metrics::tests::drive(Pose::new(0.0, 0.0, 0.0), &[Twist::ZERO; 7]);
+        // The row before the first tick says nothing: recover, track, track, recover, recover, track, track.
+        for (row, mode) in [0, 1, 0, 0, 1, 1, 0, 0].into_iter().enumerate() {
+            ticks[row].mode = [Mode::Track, Mode::Recover][mode];
+        }
+        let found = states(&Trace { ticks, ..Trace::default() }, 0.1);
+        let expected = [("recover", 0.3, 2), ("track", 0.4, 2)];
+        assert_eq!(found.iter().map(|s| (s.state.as_str(), s.seconds, s.entries)).collect::<Vec<_>>(), expected);
+    }
+
+    #[test]
+    fn without_a_tick_there_is_no_state() {
+        assert_eq!(states(&Trace::default(), 0.1), []);
+        let ticks = crate::metrics::tests::drive(Pose::new(0.0, 0.0, 0.0), &[]);
+        assert_eq!(states(&Trace { ticks, ..Trace::default() }, 0.1), []);
+    }
+}

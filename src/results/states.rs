@@ -1,0 +1,190 @@
+//! `states.csv`: the time of each stack in each state of its local planner, under the same byte contract as `episodes.csv`.
+
+use super::csv_rows::split;
+use super::row::Row;
+use super::timings::Timing;
+use super::value::{Value, one_line};
+use crate::metrics::StateTime;
+use std::io::{self, BufRead};
+
+/// What came of one stack in one world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// Its row of `episodes.csv`.
+    pub row: Row,
+    /// Its rows of `states.csv`; their times add up to the row's `time_s`.
+    pub states: Vec<StateTime>,
+    /// Its row of `timings.csv`.
+    pub timing: Timing,
+}
+
+/// The names of the columns.
+pub(super) const HEADER: &str = "point,episode,stack,state,seconds,entries\n";
+
+/// Rounding by which the times of the states may miss the time of the episode, s.
+const SLACK_S: f64 = 1e-6;
+
+/// Appends the rows of one stack.
+pub(super) fn write_states<W: io::Write>(writer: &mut csv::Writer<W>, answer: &Answer) -> io::Result<()> {
+    let Answer { row, states, .. } = answer;
+    for StateTime { state, seconds, entries } in states {
+        let mut time = String::new();
+        seconds.write(&mut time);
+        let names = [&row.stack, state].map(|name| one_line(name).into_owned());
+        let [stack, state] = names;
+        writer.write_record([
+            row.point.to_string(),
+            row.episode.to_string(),
+            stack,
+            state,
+            time,
+            entries.to_string(),
+        ])?;
+    }
+    Ok(())
+}
+
+/// The lines of a `states.csv`, block by block.
+#[derive(Debug)]
+pub(super) struct StateLines<R> {
+    input: R,
+    /// The line that comes next; empty where it has not been read.
+    next: Vec<u8>,
+    /// Bytes of the lines taken.
+    offset: u64,
+}
+
+impl<R: BufRead> StateLines<R> {
+    /// Reads the header; `None` if it is another one or cut short.
+    pub(super) fn new(input: R) -> io::Result<Option<Self>> {
+        let mut lines = Self { input, next: Vec::new(), offset: 0 };
+        let is_header = lines.peek()?.is_some_and(|line| line == HEADER.as_bytes());
+        Ok(is_header.then(|| {
+            lines.take();
+            lines
+        }))
+    }
+
+    /// Bytes of the file up to the end of the line that was taken last.
+    pub(super) fn offset(&self) -> u64 {
+        self.offset
+    }
+
+    /// The next line with its newline; `None` at the end, or where it is cut short.
+    fn peek(&mut self) -> io::Result<Option<&[u8]>> {
+        if self.next.is_empty() {
+            self.input.read_until(b'\n', &mut self.next)?;
+        }
+        Ok(Some(self.next.as_slice()).filter(|line| line.ends_with(b"\n")))
+    }
+
+    fn take(&mut self) -> Vec<u8> {
+        self.offset += self.next.len() as u64;
+        std::mem::take(&mut self.next)
+    }
+
+    /// Takes the lines of the block (point, episode), and says whether they are whole: whether the times of every stack's states
+    /// add up to the time of its episode. `stacks` are the names and times in the order of the rows.
+    pub(super) fn is_whole(&mut self, point: u32, episode: u64, stacks: &[(String, f64)]) -> io::Result<bool> {
+        for (stack, time_s) in stacks {
+            let mut sum_s = 0.0;
+            while let Some(found) = self.peek()?.and_then(StateKey::read)
+                && (found.point, found.episode, &found.stack) == (point, episode, stack)
+            {
+                sum_s += found.seconds;
+                self.take();
+            }
+            if (sum_s - time_s).abs() > SLACK_S {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Takes the lines of the block (point, episode) as they are.
+    pub(super) fn block(&mut self, point: u32, episode: u64) -> io::Result<Vec<u8>> {
+        let mut lines = Vec::new();
+        while self.peek()?.and_then(StateKey::read).is_some_and(|key| (key.point, key.episode) == (point, episode)) {
+            lines.extend(self.take());
+        }
+        Ok(lines)
+    }
+}
+
+/// Which row a line belongs to, and its time.
+struct StateKey {
+    point: u32,
+    episode: u64,
+    stack: String,
+    seconds: f64,
+}
+
+impl StateKey {
+    /// `None` for a line that no run writes.
+    fn read(line: &[u8]) -> Option<Self> {
+        let fields = split(line.strip_suffix(b"\n")?).ok()?;
+        let [point, episode, stack, _, seconds, _] = fields.iter().collect::<Vec<&str>>().try_into().ok()?;
+        Some(Self {
+            point: point.parse().ok()?,
+            episode: episode.parse().ok()?,
+            stack: stack.to_owned(),
+            seconds: seconds.parse().ok()?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answer(episode: u64, stack: &str, states: &[(&str, f64, u32)]) -> Answer {
+        let states = states.iter();
+        Answer {
+            row: Row { stack: stack.to_owned(), episode, ..Row::blank() },
+            states: states
+                .map(|&(state, seconds, entries)| StateTime { state: state.to_owned(), seconds, entries })
+                .collect(),
+            timing: Timing::default(),
+        }
+    }
+
+    fn text(answers: &[Answer]) -> String {
+        let mut writer = csv::Writer::from_writer(HEADER.as_bytes().to_vec());
+        answers.iter().for_each(|answer| write_states(&mut writer, answer).unwrap());
+        String::from_utf8(writer.into_inner().unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_row_is_written_for_each_state() {
+        let text = text(&[answer(7, "a,b", &[("track", 1.5, 2), ("recover", 0.1 + 0.2, 1)]), answer(8, "c", &[])]);
+        assert_eq!(text, format!("{HEADER}0,7,\"a,b\",track,1.5,2\n0,7,\"a,b\",recover,0.30000000000000004,1\n"));
+    }
+
+    #[test]
+    fn a_block_is_whole_if_its_times_add_up_wherever_it_is_torn() {
+        let answers = [
+            answer(0, "a", &[("track", 1.5, 2), ("recover", 0.5, 1)]),
+            answer(0, "b", &[]),
+            answer(1, "a", &[("track", 2.0, 1)]),
+        ];
+        let text = text(&answers);
+        let second = text.find("0,1,a").unwrap();
+        for torn in 0..=text.len() {
+            let Some(mut lines) = StateLines::new(&text.as_bytes()[..torn]).unwrap() else {
+                assert!(torn < HEADER.len());
+                continue;
+            };
+            let first = [("a".to_owned(), 2.0), ("b".to_owned(), 0.0)];
+            let is_whole = lines.is_whole(0, 0, &first).unwrap();
+            assert_eq!(is_whole, torn >= second, "{torn}");
+            if is_whole {
+                assert_eq!(lines.offset(), second as u64);
+                assert_eq!(lines.is_whole(0, 1, &[("a".to_owned(), 2.0)]).unwrap(), torn == text.len());
+            }
+        }
+        let mut lines = StateLines::new(text.as_bytes()).unwrap().unwrap();
+        assert_eq!(lines.block(0, 0).unwrap(), text.as_bytes()[HEADER.len()..second]);
+        assert_eq!(lines.block(0, 1).unwrap(), text.as_bytes()[second..]);
+        assert_eq!(lines.block(0, 2).unwrap(), b"");
+    }
+}
