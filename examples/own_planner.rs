@@ -9,7 +9,7 @@ use simrun::geometry::Twist;
 use simrun::map::OccupancyGrid;
 use simrun::plan::contract::{Decision, Failure, Guidance, LocalPlanner, Situation};
 use simrun::plan::global::GlobalChoice;
-use simrun::plan::stack::{PlanningSpec, Stack};
+use simrun::plan::stack::Stack;
 use simrun::rng::EpisodeSeed;
 use simrun::robot::Robot;
 use simrun::world::{Conditions, Scene, SceneSpec, StaticMap};
@@ -47,7 +47,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     let map = Arc::new(StaticMap::new(hall));
     let robot = Robot::default();
-    let inflation_m = PlanningSpec::default().inflation_m(robot.radius_m);
     let global = GlobalChoice::by_name("a_star")?.build();
 
     let mut stack = Stack::new(Some(global), Vec::new(), Box::new(TurnAndDrive { gain: 1.5 }));
@@ -55,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut runner = Runner::default();
     for episode in 0..5 {
         let seed = EpisodeSeed { seed: 1, episode };
-        let scene = Scene::generate(&SceneSpec::default(), &map, &robot, inflation_m, seed)?;
+        let scene = Scene::generate(&SceneSpec::default(), &map, &robot, seed)?;
         let setting = Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination };
         let outcome = runner.run(setting, &mut stack);
         let time_s = (runner.record.trace.ticks.len() - 1) as f64 * DT_S;

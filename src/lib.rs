@@ -42,7 +42,7 @@
 //! let hall = OccupancyGrid::from_ascii(&["..........", "....##....", "..........", ".........."], 1.0);
 //! let robot = Robot::default();
 //! let seed = EpisodeSeed { seed: 1, episode: 0 };
-//! let scene = Scene::generate(&SceneSpec::default(), &Arc::new(StaticMap::new(hall)), &robot, 0.3, seed)?;
+//! let scene = Scene::generate(&SceneSpec::default(), &Arc::new(StaticMap::new(hall)), &robot, seed)?;
 //!
 //! let (global, local) = (GlobalChoice::by_name("a_star")?, LocalChoice::by_name("dwa")?);
 //! let mut stack = Stack::new(Some(global.build()), Vec::new(), local.build());

@@ -140,7 +140,7 @@ fn a_tick_allocates_nothing_but_what_rapier_does() {
         let mut runner = Runner::default();
         for episode in 0..6 {
             let seed = EpisodeSeed { seed: 5, episode };
-            let scene = Scene::generate(&spec, &map, &robot, 0.3, seed).expect("feasible");
+            let scene = Scene::generate(&spec, &map, &robot, seed).expect("feasible");
             let (conditions, termination) = (Conditions::default(), TerminationSpec::default());
             let setting = Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination };
             // The first time makes room for what the second needs.

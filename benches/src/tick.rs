@@ -284,10 +284,8 @@ fn start(settings: &Settings) -> Result<Vec<Line>, String> {
         let scenario = ScenarioFile::from_text("start.yaml", yaml).read(&[]).map_err(|error| error.to_string())?;
         let spec = scenario.scene_spec(FilePath::new(".")).map_err(|error| error.to_string())?;
         let (map, robot) = (&map, &robot);
-        let inflation_m = scenario.planning.inflation_m(robot.radius_m);
         Ok::<_, String>(move |episode| {
-            Scene::generate(&spec, map, robot, inflation_m, EpisodeSeed { seed: 1, episode })
-                .map_err(|error| error.to_string())
+            Scene::generate(&spec, map, robot, EpisodeSeed { seed: 1, episode }).map_err(|error| error.to_string())
         })
     };
     let statics = "unknown_static: [{random: {count: 2, shape: {disc: {radius_m: 0.3}}}}], ";

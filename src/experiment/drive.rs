@@ -109,7 +109,7 @@ impl Experiment {
                 Arc::new(StaticMap::new(grid.map_err(|error| Infeasible { message: error.to_string() })?))
             }
         };
-        Scene::generate(scene_spec, &map, robot, scenario.planning.inflation_m(robot.radius_m), seed)
+        Scene::generate(scene_spec, &map, robot, seed)
     }
 
     fn row(&self, point: u32, here: &StackHere, episode: u64, measured: Measured) -> Row {

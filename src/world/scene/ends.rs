@@ -13,17 +13,19 @@ use crate::settings::quantity::NonNegative;
 use crate::world::obstacles::unknown_static::UnknownStatic;
 use crate::world::statics::StaticMap;
 
+/// How much wider than the robot the way from start to goal is, m.
+const MARGIN_M: f64 = 0.05;
+
 /// Where a disc of the clearance fits on the map with the given unknown statics.
 ///
-/// The clearance is the larger of the robot's radius and `inflation_m`; if a given start or goal lies in a cell where that
-/// does not fit, the radius alone. A robot that starts and ends where it is told needs no room to turn there: its radius is
-/// then the inscribed one. The cell of a given end counts as free even if only the given point, not its centre, is clear.
+/// The clearance is the robot's radius and [`MARGIN_M`]; if a given start or goal lies in a cell where that does not fit, the
+/// footprint alone. A robot that starts and ends where it is told needs no room to turn there: its footprint then counts by
+/// the inscribed radius. The cell of a given end counts as free even if only the given point, not its centre, is clear.
 pub(super) fn free_space<'a>(
     spec: &SceneSpec,
     map: &'a StaticMap,
     statics: &[UnknownStatic],
     robot: &Robot,
-    inflation_m: f64,
 ) -> FreeSpace<'a> {
     let grid = &map.grid;
     let with_statics = |clearance_m: f64| {
@@ -35,10 +37,10 @@ pub(super) fn free_space<'a>(
         space
     };
     let given = [spec.start.given(grid).map(|(position, _)| position), spec.goal.given(grid)];
-    let radius_m = if given.iter().all(Option::is_some) { robot.inscribed_radius_m() } else { robot.radius_m };
-    let mut space = with_statics(math::max(radius_m, inflation_m));
+    let mut space = with_statics(robot.radius_m + MARGIN_M);
     if given.iter().flatten().any(|&p| !space.passable()[grid.index(grid.cell_at(p))]) {
-        space = with_statics(radius_m);
+        let both = given.iter().all(Option::is_some);
+        space = with_statics(if both { robot.inscribed_radius_m() } else { robot.radius_m });
     }
     for p in given.into_iter().flatten() {
         space.admit(grid.cell_at(p));

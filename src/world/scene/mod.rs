@@ -7,8 +7,9 @@
 //!
 //! A scene is feasible if the footprint fits at start and goal and a disc of the clearance below can go
 //! from one to the other over the cell centres of the true map, in which every cell that an unknown static touches
-//! is occupied. The clearance is the larger of footprint radius and inflation, so that what is feasible is
-//! so on the planning grid as well; where a given start or goal lies inside the inflated zone, the footprint alone.
+//! is occupied. The clearance is the robot's radius and a margin of 0.05 m, as the planning grid has it by default: no
+//! setting of a planner shapes the world, so what is feasible may be too narrow for a wider `planning.inflation_m`. If a given
+//! start or goal lies inside the margin, the clearance is the footprint alone.
 //! Every draw is bounded; what cannot be placed within [`TRIES`] draws makes the scene infeasible, which is a result.
 
 mod check;
@@ -90,8 +91,7 @@ impl Scene {
 
     /// Draws the scene of `seed`.
     ///
-    /// `inflation_m` is that of the planning grid (`planning.inflation_m`). Everything in the scene depends on the
-    /// arguments alone.
+    /// Everything in the scene depends on the arguments alone; of the robot, on its outline.
     ///
     /// # Errors
     /// [`Infeasible`] if something given or drawn cannot be placed.
@@ -99,12 +99,11 @@ impl Scene {
         spec: &SceneSpec,
         map: &Arc<StaticMap>,
         robot: &Robot,
-        inflation_m: f64,
         seed: EpisodeSeed,
     ) -> Result<Self, Infeasible> {
         spec.check(map, robot).map_err(|error| Infeasible::new(error.to_string()))?;
         let given = spec.obstacles.given_statics(&map.grid);
-        let mut space = ends::free_space(spec, map, &given, robot, inflation_m);
+        let mut space = ends::free_space(spec, map, &given, robot);
         let (start, goal) = ends::draw(spec, &space, seed)?;
         let theta = match spec.start.given(&map.grid) {
             Some((_, Some(theta))) => theta,

@@ -41,7 +41,7 @@ moving:
 ";
 
 pub(in crate::world) fn paper_scene(episode: u64) -> Result<Scene, Infeasible> {
-    Scene::generate(&spec("random", "random", PAPER), &random_map(episode), &Robot::default(), 0.3, seed(episode))
+    Scene::generate(&spec("random", "random", PAPER), &random_map(episode), &Robot::default(), seed(episode))
 }
 
 #[test]
@@ -103,11 +103,10 @@ fn what_a_map_keeps_of_other_scenes_changes_none() {
     let (used, plain) = (random_map(7), spec("random", "random", "{}"));
     let mut drawn = 0;
     for episode in 0..24 {
-        let inflation_m = 0.2 * (episode % 6) as f64;
+        let robot = Robot { radius_m: 0.05 + 0.2 * (episode % 6) as f64, ..Robot::default() };
         for spec in [&plain, &spec("random", "random", PAPER)] {
-            let scene = |map: &Arc<StaticMap>| {
-                Scene::generate(spec, map, &Robot::default(), inflation_m, seed(episode)).map(|scene| scene.digest())
-            };
+            let scene =
+                |map: &Arc<StaticMap>| Scene::generate(spec, map, &robot, seed(episode)).map(|scene| scene.digest());
             let (ours, fresh) = (scene(&used), scene(&random_map(7)));
             assert_eq!(ours, fresh, "episode {episode}");
             drawn += u32::from(ours.is_ok());
@@ -144,8 +143,7 @@ fn adding_obstacles_leaves_the_others_bits_unchanged() {
     ] {
         for episode in 0..30 {
             let map = random_map(episode);
-            let draw =
-                |obstacles| Scene::generate(&spec("random", "random", obstacles), &map, &robot, 0.25, seed(episode));
+            let draw = |obstacles| Scene::generate(&spec("random", "random", obstacles), &map, &robot, seed(episode));
             let (Ok(before), Ok(after)) = (draw(base), draw(more)) else { continue };
             assert_eq!((before.start, before.goal), (after.start, after.goal));
             let kept: Vec<_> = statics.iter().map(|&k: &usize| after.unknown_static[k].clone()).collect();
@@ -162,9 +160,9 @@ fn the_order_of_obstacles_in_a_scene_does_not_depend_on_the_robot() {
     // Another robot, another scenario: but streams are addressed by purpose, so the movers' velocities are the same.
     let map = random_map(1);
     let spec = spec("random", "random", "{moving: [random: {count: 5}]}");
-    let small = Scene::generate(&spec, &map, &Robot::default(), 0.25, seed(1)).unwrap();
+    let small = Scene::generate(&spec, &map, &Robot::default(), seed(1)).unwrap();
     let robot = Robot { radius_m: 0.4, ..Robot::default() };
-    let large = Scene::generate(&spec, &map, &robot, 0.4, seed(1)).unwrap();
+    let large = Scene::generate(&spec, &map, &robot, seed(1)).unwrap();
     for (a, b) in small.movers.iter().zip(&large.movers) {
         assert_eq!(a.velocity, b.velocity);
     }
@@ -182,7 +180,7 @@ moving:
   - fixed: {position: [6, 8], speed_mps: 2, heading_rad: 0, radius_m: 0.2, on_static: stop}
 ";
     let spec = spec("[8, 1, 1.5707963267948966]", "cell: [8, 3]", obstacles);
-    let scene = Scene::generate(&spec, &map, &Robot::default(), 0.25, seed(0)).unwrap();
+    let scene = Scene::generate(&spec, &map, &Robot::default(), seed(0)).unwrap();
     let near = |a: Vec2, x: f64, y: f64| (a - Vec2::new(x, y)).norm() < 1e-12;
     assert!(near(scene.start.position, 1.0, 2.0) && scene.start.theta.abs() < 1e-12);
     assert!(near(scene.goal, 8.5, 3.5));
@@ -191,7 +189,7 @@ moving:
     assert!(near(scene.movers[1].velocity, 0.0, -2.0));
     // A start without heading looks at the goal.
     let facing = SceneSpec { start: serde_yaml::from_str("[8, 1]").unwrap(), ..spec };
-    let scene = Scene::generate(&facing, &map, &Robot::default(), 0.25, seed(0)).unwrap();
+    let scene = Scene::generate(&facing, &map, &Robot::default(), seed(0)).unwrap();
     assert!((scene.start.theta - math::atan2(1.5, 7.5)).abs() < 1e-12);
 }
 
@@ -262,7 +260,7 @@ fn a_world_that_cannot_be_is_infeasible_and_says_what() {
     let robot = Robot::default();
     let generate = |lines: &[&str], spec: &SceneSpec| {
         let map = Arc::new(StaticMap::new(OccupancyGrid::from_ascii(lines, 1.0)));
-        Scene::generate(spec, &map, &robot, 0.25, seed(0)).unwrap_err().message
+        Scene::generate(spec, &map, &robot, seed(0)).unwrap_err().message
     };
     let walled = ["..#..", "..#..", "..#.."];
     assert!(generate(&walled, &spec("[0.5, 0.5]", "[4.5, 0.5]", "{}")).contains("not connected"));
@@ -277,11 +275,14 @@ fn a_world_that_cannot_be_is_infeasible_and_says_what() {
 }
 
 #[test]
-fn a_given_start_inside_the_inflated_zone_is_judged_by_the_footprint() {
+fn a_given_start_inside_the_margin_is_judged_by_the_footprint() {
     let map = Arc::new(StaticMap::new(OccupancyGrid::from_ascii(&["#####", ".....", "#####"], 1.0)));
     let spec = spec("[0.5, 1.5]", "[4.5, 1.5]", "{}");
-    // The lane leaves 0.5 m to both sides: too little for 0.8 m of inflation, enough for the robot.
-    assert!(Scene::generate(&spec, &map, &Robot::default(), 0.8, seed(0)).is_ok());
+    // The lane leaves 0.5 m to both sides: enough for the robot, too little for its margin of 0.05 m.
+    let robot = Robot { radius_m: 0.48, ..Robot::default() };
+    assert!(Scene::generate(&spec, &map, &robot, seed(0)).is_ok());
+    let drawn = SceneSpec { start: StartSpec::default(), goal: GoalSpec::default(), ..spec };
+    assert!(Scene::generate(&drawn, &map, &robot, seed(0)).is_err(), "what is drawn keeps the margin");
 }
 
 /// The mover's states over `ticks` ticks of a world in which the robot stands.
@@ -298,5 +299,5 @@ pub(in crate::world) fn states(scene: &Scene, ticks: usize) -> Vec<Vec<Mover>> {
 
 pub(in crate::world) fn scene_of(obstacles: &str, episode: u64) -> Scene {
     let map = Arc::new(StaticMap::new(OccupancyGrid::empty(40, 30, 1.0)));
-    Scene::generate(&spec("[1, 1]", "[38, 28]", obstacles), &map, &Robot::default(), 0.3, seed(episode)).unwrap()
+    Scene::generate(&spec("[1, 1]", "[38, 28]", obstacles), &map, &Robot::default(), seed(episode)).unwrap()
 }

@@ -97,8 +97,7 @@ impl Event {
     }
 
     pub(super) fn digest(&self, digest: &mut Digest) {
-        // In ticks of 0.1 s, as it always was.
-        digest.word((self.at_s / 0.1).round() as u64);
+        digest.real(self.at_s);
         self.change.0.digest(digest);
     }
 }

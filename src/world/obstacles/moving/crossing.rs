@@ -139,7 +139,7 @@ mod tests {
         for episode in 0..30 {
             let map = random_map(episode);
             let spec = spec("random", "random", text);
-            let Ok(scene) = Scene::generate(&spec, &map, &Robot::default(), 0.3, seed(episode)) else { continue };
+            let Ok(scene) = Scene::generate(&spec, &map, &Robot::default(), seed(episode)) else { continue };
             let route = scene.reference_route.as_ref().expect("wanted");
             let length = route.length();
             let (first, last) = (0.3 * length / 0.5 - 2.0, 0.8 * length / 0.5 + 2.0);

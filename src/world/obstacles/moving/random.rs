@@ -155,7 +155,7 @@ mod tests {
         );
         let (mut along_x, mut along_y) = (0, 0);
         for episode in 0..200 {
-            for mover in Scene::generate(&spec, &map, &Robot::default(), 0.25, seed(episode)).unwrap().movers {
+            for mover in Scene::generate(&spec, &map, &Robot::default(), seed(episode)).unwrap().movers {
                 let (x, v) = (mover.position.x, mover.velocity);
                 assert!(v.x == 0.0 || v.y == 0.0, "{v:?}");
                 if x < 8.0 {

@@ -135,7 +135,7 @@ mod tests {
         let mut spec = spec("[1, 1]", "[38, 28]", obstacles);
         set_recording(&mut spec, recording);
         let map = Arc::new(StaticMap::new(OccupancyGrid::empty(40, 30, 1.0)));
-        let scene = Scene::generate(&spec, &map, &Robot::default(), 0.3, seed(0)).unwrap();
+        let scene = Scene::generate(&spec, &map, &Robot::default(), seed(0)).unwrap();
         let states = states(&scene, 40);
         for (tick, state) in states.iter().enumerate() {
             let t = tick as f64 * 0.1 + 0.5;
@@ -155,7 +155,7 @@ mod tests {
         let mut spec = spec("[1, 1]", "[38, 28]", "moving: [replay: {file: unused.csv}]");
         set_recording(&mut spec, Arc::new(Recording::parse(csv, 25.0).unwrap()));
         let map = Arc::new(StaticMap::new(OccupancyGrid::empty(40, 30, 1.0)));
-        let scene = Scene::generate(&spec, &map, &Robot::default(), 0.3, seed(0)).unwrap();
+        let scene = Scene::generate(&spec, &map, &Robot::default(), seed(0)).unwrap();
         let robot = Robot::default();
         let mut world = World::new(&scene, &robot, &Conditions::default());
         let hit = (0..20).find_map(|tick| world.step(Twist::ZERO).contact.map(|contact| (tick, contact.time_s)));
