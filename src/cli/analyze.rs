@@ -1,6 +1,6 @@
 //! `simrun analyze`: result files become comparisons.
 
-use super::{Failure, print};
+use super::{Failure, Out};
 use crate::comparison::{self, Format, Plan, Section};
 use std::path::PathBuf;
 
@@ -24,6 +24,8 @@ pub(super) struct Args {
     /// How to print it; csv holds the tests alone (summary.csv has the stacks).
     #[arg(long, value_enum, default_value_t = Shape::Text)]
     format: Shape,
+    #[command(flatten)]
+    out: Out,
 }
 
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -41,7 +43,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         if args.files.len() > 1 {
             return Err(Failure::Usage("error: --baseline compares one run with one older run".to_owned()));
         }
-        return baseline(&read(old)?, &sections);
+        return baseline(&read(old)?, &sections, &args.out);
     }
     let plan = Plan { reference: args.reference.clone(), all_pairs: args.all_pairs, unpaired: args.unpaired };
     let reports = sections.iter().map(|section| comparison::analyse(section, &plan));
@@ -51,13 +53,13 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         Shape::Markdown => Format::Markdown,
         Shape::Csv => Format::Csv,
     };
-    print(&comparison::render(&reports, format))
+    args.out.write(&comparison::render(&reports, format))
 }
 
 /// Rows that moved, named one by one.
 const MOVED_SHOWN: usize = 20;
 
-fn baseline(old: &[Section], new: &[Section]) -> Result<(), Failure> {
+fn baseline(old: &[Section], new: &[Section], out: &Out) -> Result<(), Failure> {
     let found = comparison::compare_baseline(old, new);
     let found = found.map_err(|message| Failure::Usage(format!("error: {message}")))?;
     let mut text = format!(
@@ -80,7 +82,7 @@ fn baseline(old: &[Section], new: &[Section]) -> Result<(), Failure> {
         text += "\nNew against old, on the same worlds:\n";
         text += &comparison::comparison_table(&found.comparisons);
     }
-    print(&text)?;
+    out.write(&text)?;
     if found.regressions.is_empty() {
         return Ok(());
     }

@@ -1,7 +1,7 @@
 //! `simrun check`: everything that can be wrong before the first tick.
 
 use super::scenarios::{AtPoint, Changes};
-use super::{Failure, print};
+use super::{Failure, Out};
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -17,30 +17,40 @@ pub(super) struct Args {
     point: Option<u32>,
     #[command(flatten)]
     changes: Changes,
+    #[command(flatten)]
+    out: Out,
 }
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
+    let mut text = String::new();
+    let result = check(args, &mut text);
+    // What was found before a fault is said as well.
+    args.out.write(&text)?;
+    result
+}
+
+fn check(args: &Args, text: &mut String) -> Result<(), Failure> {
     for file in &args.scenarios {
         let experiment = args.changes.load(file)?;
         let episodes = experiment.scenario().episodes.get();
         match (args.resolved, args.point) {
-            (true, None) => print(&experiment.scenario().to_yaml())?,
+            (true, None) => *text += &experiment.scenario().to_yaml(),
             (_, Some(point)) => {
                 let point = AtPoint { point }.of(&experiment)?;
-                print(&experiment.scenario_at(point).to_yaml())?;
+                *text += &experiment.scenario_at(point).to_yaml();
             }
             (false, None) if experiment.scenario().sweep.is_empty() => {
                 let stacks = experiment.stacks(0).len();
-                print(&format!("{}: valid, {stacks} stacks, {episodes} episodes each\n", file.display()))?;
+                *text += &format!("{}: valid, {stacks} stacks, {episodes} episodes each\n", file.display());
             }
             (false, None) => {
                 let order = experiment.order().map_err(|error| Failure::Usage(format!("error: {error}")))?;
                 let points = order.points().len();
-                print(&format!("{}: valid, {points} points, {episodes} episodes each\n", file.display()))?;
+                *text += &format!("{}: valid, {points} points, {episodes} episodes each\n", file.display());
                 for (number, point) in order.points().iter().enumerate() {
                     let values = order.swept().iter().zip(&point.values).map(|(key, value)| format!("{key} = {value}"));
                     let (values, stacks) = (values.collect::<Vec<_>>().join(", "), point.stacks.join(", "));
-                    print(&format!("  {number}: {values}: {stacks}\n"))?;
+                    *text += &format!("  {number}: {values}: {stacks}\n");
                 }
             }
         }

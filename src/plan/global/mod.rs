@@ -18,7 +18,7 @@ macro_rules! registry {
 
         choice! {
             /// A global planner with its parameters.
-            pub enum GlobalChoice: "global planner" { $($module),+ }
+            pub enum GlobalChoice: "global planner" { $($module = $module::ENTRY.summary),+ }
         }
 
         impl GlobalChoice {

@@ -18,7 +18,7 @@ macro_rules! registry {
 
         choice! {
             /// A local planner with its parameters.
-            pub enum LocalChoice: "local planner" { $($module),+ }
+            pub enum LocalChoice: "local planner" { $($module = $module::ENTRY.summary),+ }
         }
 
         impl LocalChoice {

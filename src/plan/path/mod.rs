@@ -10,7 +10,7 @@ macro_rules! registry {
 
         choice! {
             /// A path stage with its parameters.
-            pub enum PathChoice: "path stage" { $($module),+ }
+            pub enum PathChoice: "path stage" { $($module = $module::ENTRY.summary),+ }
         }
 
         impl PathChoice {
