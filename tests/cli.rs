@@ -140,8 +140,7 @@ fn planners_lists_every_planner_and_describes_one() {
 fn planners_keeps_the_order_of_the_source_and_lists_allowed_values() {
     let scratch = tempfile::tempdir().unwrap();
     let text = stdout(simrun(scratch.path()).args(["planners", "imp_a_star"]));
-    let source =
-        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/src/plan/global/imp_a_star.rs")).unwrap();
+    let source = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/src/plan/global/imp_a_star.rs")).unwrap();
     let params = source.split("pub struct Params {").nth(1).unwrap().split("\n}").next().unwrap();
     let fields: Vec<&str> =
         params.lines().filter_map(|line| line.trim().strip_prefix("pub ")?.split(':').next()).collect();
@@ -182,7 +181,7 @@ fn misspelt_subcommands_and_options_are_answered_with_the_nearest() {
         assert!(message.contains(expected), "{words:?}: {message}");
     }
     // A file that is called like a misspelt subcommand is a scenario.
-    std::fs::write(scratch.path().join("anlyze"), "map: [").unwrap();
+    fs::write(scratch.path().join("anlyze"), "map: [").unwrap();
     let mut command = simrun(scratch.path());
     command.arg("anlyze").assert().code(2);
     assert!(!stderr(&mut command).contains("subcommand"));
@@ -192,7 +191,7 @@ fn misspelt_subcommands_and_options_are_answered_with_the_nearest() {
 fn commands_that_print_write_a_file_with_out() {
     let scratch = tempfile::tempdir().unwrap();
     let map = scratch.path().join("a.txt");
-    std::fs::write(&map, "..#\n...\n").unwrap();
+    fs::write(&map, "..#\n...\n").unwrap();
     let (map, plan) = (map.display().to_string(), ["--from", "0,0", "--to", "2,1"]);
     let commands: [&[&str]; 7] = [
         &["planners"],
@@ -206,7 +205,7 @@ fn commands_that_print_write_a_file_with_out() {
     for words in commands {
         let printed = stdout(simrun(scratch.path()).args(words));
         let quiet = stdout(simrun(scratch.path()).args(words).args(["-o", "written"]));
-        let written = std::fs::read_to_string(scratch.path().join("written")).unwrap();
+        let written = fs::read_to_string(scratch.path().join("written")).unwrap();
         assert_eq!((quiet.as_str(), &written), ("", &printed), "{words:?}");
     }
     simrun(scratch.path()).args(["map", "convert", &map, "--out", "b.map"]).assert().success();

@@ -88,7 +88,8 @@ fn types_of_the_schema_have_names_of_their_own_and_every_key_and_kind_is_describ
             for (key, value) in object.as_object().unwrap() {
                 let described =
                     |form: &serde_json::Value| form["description"].as_str().is_some_and(|text| !text.is_empty());
-                let target = value["$ref"].as_str().and_then(|reference| schema.pointer(&reference[1..]));
+                let wrapped = value["anyOf"].as_array().into_iter().flatten().chain([value]);
+                let target = wrapped.filter_map(|form| form["$ref"].as_str()).find_map(|to| schema.pointer(&to[1..]));
                 assert!(described(value) || target.is_some_and(described), "{at}/{key} has no description");
             }
         }

@@ -188,7 +188,6 @@ impl Key {
         let elements = self.elements();
         let is_list = self.place.items().is_some();
         let bound = |keyword: &str| elements.find(keyword).and_then(Json::as_f64);
-        let whole = elements.forms().iter().any(|form| form["type"] == "integer");
         let range = match (bound("exclusiveMinimum"), bound("minimum"), bound("maximum")) {
             (Some(low), _, None) => format!("above {low}"),
             (Some(low), _, Some(high)) => format!("above {low}, at most {high}"),
@@ -199,7 +198,6 @@ impl Key {
                 return elements.find("pattern").map(|p| format!("pattern {}", p.as_str().unwrap_or("")));
             }
         };
-        let _ = whole;
         Some(if is_list { format!("each {range}") } else { range })
     }
 
@@ -255,10 +253,11 @@ impl Key {
 
     /// A scenario's part that has this key, as YAML.
     fn example(&self) -> String {
-        serde_yaml::to_string(&self.example_tree()).expect("a tree of texts and numbers can be written as YAML")
+        yaml(&self.example_tree(false))
     }
 
-    fn example_tree(&self) -> Json {
+    /// The same as a tree; with `full`, every key of a block that has a default of its own is written out.
+    fn example_tree(&self, full: bool) -> Json {
         let names: Vec<&str> = self
             .path
             .steps()
@@ -267,7 +266,7 @@ impl Key {
             .collect();
         let top = Place::top(Scenario::schema());
         let Some((first, rest)) = names.split_first() else { return Json::Null };
-        let value = top.key(first).map_or(Json::Null, |place| with_key(&place, rest));
+        let value = top.key(first).map_or(Json::Null, |place| with_key(&place, rest, full));
         json!({ *first: value })
     }
 
@@ -285,6 +284,8 @@ impl Key {
             let values = [key.range(), (!names.is_empty()).then(|| names.join(", "))];
             let values: Vec<String> = values.into_iter().flatten().collect();
             let default = match key.default_text().as_str() {
+                // Each key in there says its own.
+                value if value.starts_with('{') && !key.is_choice() => "`{}`".to_owned(),
                 plain @ ("required" | "none") => plain.to_owned(),
                 value => format!("`{value}`"),
             };
@@ -346,8 +347,12 @@ impl Key {
             text.push('\n');
         } else {
             self.write_table(text);
+            if let Some(place) = any_key(&self.place).filter(|place| !place.keys().is_empty()) {
+                text.push_str("The values of a key may be a list, or a block:\n\n");
+                Self { path: self.path.clone(), place, required: false }.write_table(text);
+            }
         }
-        let _ = writeln!(text, "```yaml\n{}```\n", self.example());
+        let _ = writeln!(text, "```yaml\n{}```\n", yaml(&self.example_tree(true)));
         for key in self.inner() {
             key.write_section(text, level + 1);
         }
@@ -381,22 +386,43 @@ fn type_text(place: &Place<'_>) -> String {
             "string" => add("text".to_owned()),
             "boolean" => add("`true` or `false`".to_owned()),
             "object" if is_choice => add("`name: {parameters}`".to_owned()),
-            "object" => add("block of keys".to_owned()),
+            "object" => match any_key(place).map(|values| type_text(&values)) {
+                Some(values) => add(format!("keys by path, each with a {values}")),
+                None => add("block of keys".to_owned()),
+            },
             "array" => {
-                let items = place.items().map(|items| type_text(&items)).filter(|items| !items.is_empty());
-                let of = items.map_or(String::new(), |items| format!(", each {items}"));
-                let count = match (form["minItems"].as_u64(), form["maxItems"].as_u64()) {
-                    (Some(low), Some(high)) if low == high => format!("list of {low}"),
-                    (Some(low), Some(high)) => format!("list of {low} to {high}"),
-                    (Some(low), None) => format!("list of at least {low}"),
-                    _ => "list".to_owned(),
-                };
-                add(count + &of);
+                let of = place.items().map_or(String::new(), |items| format!(" of {}", plural(&type_text(&items))));
+                add(match (form["minItems"].as_u64(), form["maxItems"].as_u64()) {
+                    (Some(low), Some(high)) if low == high => format!("list of {low}{}", of.replacen(" of", "", 1)),
+                    (Some(low), Some(high)) => format!("list of {low} to {high}{}", of.replacen(" of", "", 1)),
+                    (Some(low), None) if !of.is_empty() => {
+                        format!("list of at least {low}{}", of.replacen(" of", "", 1))
+                    }
+                    _ => format!("list{of}"),
+                });
             }
             _ => {}
         }
     }
+    // The short form first.
+    kinds.sort_by_key(|kind| kind != "name");
     kinds.join(" or ")
+}
+
+/// Several of a type.
+fn plural(kind: &str) -> String {
+    match kind {
+        "number" | "whole number" | "text" | "name" => format!("{kind}s"),
+        "block of keys" => "blocks of keys".to_owned(),
+        list if list.starts_with("list") && !list.contains(" or ") => format!("lists{}", &list[4..]),
+        "" => "values".to_owned(),
+        other => format!("({other})"),
+    }
+}
+
+/// What stands behind keys that have no fixed name.
+fn any_key<'a>(place: &Place<'a>) -> Option<Place<'a>> {
+    place.inner(|form| form.get("additionalProperties").filter(|values| values.is_object()))
 }
 
 /// A value without its keys that are null: those are as if left out.
@@ -437,19 +463,54 @@ fn in_line(value: &Json) -> String {
     }
 }
 
+/// A tree as YAML.
+fn yaml(tree: &Json) -> String {
+    let mut text = String::new();
+    write_block(&mut text, tree, 0);
+    text
+}
+
+/// Writes a tree as YAML: blocks of keys and lists of them line by line, all else on one line.
+fn write_block(text: &mut String, value: &Json, indent: usize) {
+    let Json::Object(keys) = value else {
+        let _ = writeln!(text, "{:indent$}{}", "", in_line(value));
+        return;
+    };
+    for (key, value) in keys {
+        let _ = write!(text, "{:indent$}{key}:", "");
+        match value {
+            Json::Object(inner) if !inner.is_empty() => {
+                text.push('\n');
+                write_block(text, value, indent + 2);
+            }
+            Json::Array(items) if items.iter().any(Json::is_object) => {
+                text.push('\n');
+                for item in items {
+                    let start = text.len();
+                    write_block(text, item, indent + 4);
+                    text.replace_range(start + indent + 2..start + indent + 3, "-");
+                }
+            }
+            plain => {
+                let _ = writeln!(text, " {}", in_line(plain));
+            }
+        }
+    }
+}
+
 fn indented(text: &str) -> String {
     text.lines().map(|line| format!("  {line}\n")).collect()
 }
 
 /// An example of what stands at a place, with the key path `rest` below it in it.
-fn with_key(place: &Place<'_>, rest: &[&str]) -> Json {
-    let Some((name, deeper)) = rest.split_first() else { return sample(place) };
+fn with_key(place: &Place<'_>, rest: &[&str], full: bool) -> Json {
+    let Some((name, deeper)) = rest.split_first() else { return if full { full_sample(place) } else { sample(place) } };
     let Some(inner) = place.key(name) else {
-        return place.items().map_or(Json::Null, |items| json!([with_key(&items, rest)]));
+        return place.items().map_or(Json::Null, |items| json!([with_key(&items, rest, full)]));
     };
     let form = place.forms().iter().find(|form| form["properties"].get(name).is_some());
     let mut keys = form.map_or_else(Map::new, |form| required(place, form, Some(name)));
-    keys.insert((*name).to_owned(), with_key(&inner, deeper));
+    keys.insert((*name).to_owned(), with_key(&inner, deeper, full));
     Json::Object(keys)
 }
 
@@ -458,6 +519,25 @@ fn required(place: &Place<'_>, form: &Json, except: Option<&str>) -> Map<String,
     let names = form["required"].as_array().into_iter().flatten().filter_map(Json::as_str);
     let others = names.filter(|name| Some(*name) != except);
     others.filter_map(|name| Some((name.to_owned(), sample(&place.key(name)?)))).collect()
+}
+
+/// A block with every key that must be there or has a default that says something; another value as [`sample`] has it.
+fn full_sample(place: &Place<'_>) -> Json {
+    let says_something = |value: &Json| !matches!(without_nulls(value), Json::Null | Json::Array(_) | Json::Object(_));
+    let block = place.forms().iter().find(|form| form["properties"].is_object());
+    match (block, place.items()) {
+        (Some(form), _) if place.kinds().is_empty() && place.find("examples").is_none() => {
+            let required = required(place, form, None);
+            let keys = place.keys().into_iter().filter_map(|name| {
+                let inner = place.key(name)?;
+                let shown = required.contains_key(name) || inner.find("default").is_some_and(says_something);
+                shown.then(|| (name.to_owned(), sample(&inner)))
+            });
+            Json::Object(keys.collect())
+        }
+        (None, Some(items)) if !items.keys().is_empty() && items.kinds().is_empty() => json!([full_sample(&items)]),
+        _ => sample(place),
+    }
 }
 
 /// An example of what stands at a place: its default where that says something, else what fits.
@@ -491,15 +571,7 @@ fn sample(place: &Place<'_>) -> Json {
                 let item = place.items().map_or(json!(1), |items| sample(&items));
                 return Json::Array(vec![item; count as usize]);
             }
-            "object" => {
-                let keys = required(place, form, None);
-                if keys.is_empty()
-                    && let Some(values) = form.get("additionalProperties").filter(|values| values.is_object())
-                {
-                    let _ = values;
-                }
-                return Json::Object(keys);
-            }
+            "object" => return Json::Object(required(place, form, None)),
             _ => {}
         }
     }
@@ -529,8 +601,8 @@ mod tests {
         let keys = all();
         assert!(keys.len() > 300, "{}", keys.len());
         let mut wrong = Vec::new();
-        for key in keys {
-            let mut text = key.example();
+        for (key, full) in keys.iter().flat_map(|key| [(key, false), (key, true)]) {
+            let mut text = yaml(&key.example_tree(full));
             for (needed, line) in [
                 ("map:", "map: {empty: {cols: 20, rows: 10}}\n"),
                 ("stacks:", "stacks: {global: [a_star], local: [dwa]}\n"),
@@ -554,10 +626,10 @@ mod tests {
         {
             assert!(text.contains(part), "{text}");
         }
-        assert!(text.ends_with("Example\n  planning:\n    inflation_m: 1.0\n"), "{text}");
+        assert!(text.ends_with("Example\n  planning:\n    inflation_m: 1\n"), "{text}");
         let text = explain("obstacles.moving.random.speed_mps").unwrap();
         assert!(
-            text.contains("m/s") && text.contains("  obstacles:\n    moving:\n    - random:\n        speed_mps"),
+            text.contains("m/s") && text.contains("  obstacles:\n    moving:\n      - random:\n          speed_mps"),
             "{text}"
         );
         assert_eq!(explain("obstacles.moving[3].random.speed_mps"), explain("obstacles.moving.random.speed_mps"));

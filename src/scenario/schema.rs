@@ -60,7 +60,8 @@ impl<'a> Place<'a> {
         self.inner(|form| form.get("items"))
     }
 
-    fn inner(&self, step: impl Fn(&'a Json) -> Option<&'a Json>) -> Option<Self> {
+    /// The place one step further, by the alternatives that have it.
+    pub fn inner(&self, step: impl Fn(&'a Json) -> Option<&'a Json>) -> Option<Self> {
         let found: Vec<&Json> = self.forms.iter().filter_map(|form| step(form)).collect();
         (!found.is_empty()).then(|| Self::new(self.root, found))
     }

@@ -128,7 +128,6 @@ mod tests {
     use super::*;
     use crate::map::connectivity::Components;
     use crate::map::support::{generate, refusal};
-    use crate::map::{MapSpec, layout};
 
     #[test]
     fn the_trap_stands_whole_and_empty_in_every_map() {
