@@ -559,11 +559,9 @@ fn sample(place: &Place<'_>) -> Json {
         return json!(name);
     }
     for form in place.forms() {
-        let low = form["exclusiveMinimum"].as_f64().or(form["minimum"].as_f64());
-        let high = form["maximum"].as_f64();
         match first_type(form) {
-            "integer" => return json!(low.unwrap_or(0.0).max(1.0) as u64),
-            "number" => return json!(if high == Some(1.0) { 0.5 } else { 1.0 }),
+            "integer" => return json!(form["minimum"].as_u64().unwrap_or(0).max(1)),
+            "number" => return json!(if form["maximum"].as_f64() == Some(1.0) { 0.5 } else { 1.0 }),
             "boolean" => return json!(true),
             "string" => return json!("text"),
             "array" => {
