@@ -3,7 +3,8 @@
 //! The data lie beside the repository (`../shared/benchmarks`); without them the tests say so and
 //! pass. The larger maps are asked every tenth query unless SIMRUN_FULL=1.
 
-use simrun::map::{Cell, DistanceField, OccupancyGrid, movingai};
+use simrun::map::formats::movingai;
+use simrun::map::{Cell, DistanceField, OccupancyGrid};
 use simrun::plan::PlanningGrid;
 use simrun::plan::global::{GlobalChoice, GlobalPlanner, Problem};
 use std::fs;

@@ -2,7 +2,8 @@
 
 use crate::Settings;
 use simrun::map::queries::{self, Query};
-use simrun::map::{DistanceField, OccupancyGrid, movingai};
+use simrun::map::formats::movingai;
+use simrun::map::{DistanceField, OccupancyGrid};
 use simrun::plan::PlanningGrid;
 use simrun::plan::global::Problem;
 use std::path::{Path, PathBuf};
