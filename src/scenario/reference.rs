@@ -42,7 +42,7 @@ pub fn parameters(path: &str) -> Result<String, String> {
 
 /// The whole reference as a page of Markdown: `docs/book/src/scenario.md`.
 pub fn page() -> String {
-    let top = Key { path: KeyPath::default(), place: Place::top(Scenario::schema()), required: false };
+    let top = Key { path: KeyPath::default(), place: Place::top(Scenario::schema()), required: false, is_kind: false };
     let mut text = String::from(HEAD);
     top.write_table(&mut text);
     for key in top.inner() {
@@ -68,12 +68,14 @@ struct Key {
     path: KeyPath,
     place: Place<'static>,
     required: bool,
+    /// Whether it is a kind of a choice, which has no default of its own.
+    is_kind: bool,
 }
 
 impl Key {
     fn find(text: &str) -> Result<Self, String> {
         let schema = Scenario::schema();
-        let mut key = Self { path: KeyPath::default(), place: Place::top(schema), required: false };
+        let mut key = Self { path: KeyPath::default(), place: Place::top(schema), required: false, is_kind: false };
         for step in KeyPath::parse(text).steps() {
             // An item of a list means the same as every other.
             let name = match step {
@@ -120,8 +122,9 @@ impl Key {
     fn child(&self, name: &str) -> Option<Self> {
         let place = self.place.key_or_item_key(name)?;
         let holds = |list: &Json| list.as_array().is_some_and(|keys| keys.iter().any(|key| key == name));
-        let required = self.holder(name).is_some_and(|form| holds(&form["required"])) && !self.is_choice();
-        Some(Self { path: self.path.clone().key(name), place, required })
+        let is_kind = self.is_choice();
+        let required = !is_kind && self.holder(name).is_some_and(|form| holds(&form["required"]));
+        Some(Self { path: self.path.clone().key(name), place, required, is_kind })
     }
 
     /// The first of the alternatives that has the key `name`, here or in the items of the list here.
@@ -218,7 +221,7 @@ impl Key {
             let facts = [
                 ("unit", self.unit().map(str::to_owned)),
                 ("type", Some(self.type_text())),
-                ("default", Some(self.default_text())),
+                ("default", (!self.is_kind).then(|| self.default_text())),
                 ("range", self.range()),
             ];
             for (what, fact) in facts {
@@ -246,17 +249,12 @@ impl Key {
             }
         }
         if !self.path.is_top() {
-            let _ = write!(text, "\nExample\n{}", indented(&self.example()));
+            let _ = write!(text, "\nExample\n{}", indented(&yaml(&self.example_tree(true))));
         }
         text
     }
 
-    /// A scenario's part that has this key, as YAML.
-    fn example(&self) -> String {
-        yaml(&self.example_tree(false))
-    }
-
-    /// The same as a tree; with `full`, every key of a block that has a default of its own is written out.
+    /// A part of a scenario that has this key; with `full`, every key of a block that has a default of its own is written out.
     fn example_tree(&self, full: bool) -> Json {
         let names: Vec<&str> = self
             .path
@@ -349,7 +347,7 @@ impl Key {
             self.write_table(text);
             if let Some(place) = any_key(&self.place).filter(|place| !place.keys().is_empty()) {
                 text.push_str("The values of a key may be a list, or a block:\n\n");
-                Self { path: self.path.clone(), place, required: false }.write_table(text);
+                Self { path: self.path.clone(), place, required: false, is_kind: false }.write_table(text);
             }
         }
         let _ = writeln!(text, "```yaml\n{}```\n", yaml(&self.example_tree(true)));
