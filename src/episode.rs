@@ -27,6 +27,7 @@ pub struct TerminationSpec {
     /// Time-out as a multiple of the time that the straight line takes at the highest speed; default 10.
     pub timeout_factor: Positive,
     /// Time-out, s; replaces the multiple where given.
+    #[schemars(example = 300.0)]
     pub timeout_s: Option<Positive>,
     /// The robot is stuck when it stays within this distance of where it was, m, …; default 0.3.
     pub stuck_radius_m: Positive,

@@ -65,7 +65,8 @@ impl JsonSchema for OutlineCorners {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
             "type": "array", "minItems": 3, "maxItems": CORNERS_MAX,
-            "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
+            "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
+            "examples": [[[0.3, 0.2], [-0.3, 0.2], [-0.3, -0.2], [0.3, -0.2]]],
         })
     }
 }

@@ -1,6 +1,6 @@
 //! `simrun analyze`: result files become comparisons.
 
-use super::{Failure, print, say};
+use super::{Failure, Out, say};
 use crate::comparison::{self, Format, Plan, Section};
 use crate::settings::quantity::counted;
 use std::path::PathBuf;
@@ -25,6 +25,8 @@ pub(super) struct Args {
     /// How to print it; csv holds the tests alone (summary.csv has the stacks).
     #[arg(long, value_enum, default_value_t = Shape::Text)]
     format: Shape,
+    #[command(flatten)]
+    out: Out,
 }
 
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -48,7 +50,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         if args.files.len() > 1 {
             return Err(Failure::usage("--baseline compares one run with one older run"));
         }
-        return baseline(&read(old)?, &sections);
+        return baseline(&read(old)?, &sections, &args.out);
     }
     let plan = Plan { reference: args.reference.clone(), all_pairs: args.all_pairs, unpaired: args.unpaired };
     let reports = sections.iter().map(|section| comparison::analyse(section, &plan));
@@ -58,13 +60,13 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         Shape::Markdown => Format::Markdown,
         Shape::Csv => Format::Csv,
     };
-    print(&comparison::render(&reports, format))
+    args.out.write(&comparison::render(&reports, format))
 }
 
 /// Rows that moved, named one by one.
 const MOVED_SHOWN: usize = 20;
 
-fn baseline(old: &[Section], new: &[Section]) -> Result<(), Failure> {
+fn baseline(old: &[Section], new: &[Section], out: &Out) -> Result<(), Failure> {
     let found = comparison::compare_baseline(old, new).map_err(Failure::usage)?;
     let mut text = format!(
         "{} in both, {} moved, {} missing, {} new\n",
@@ -86,7 +88,7 @@ fn baseline(old: &[Section], new: &[Section]) -> Result<(), Failure> {
         text += "\nNew against old, on the same worlds:\n";
         text += &comparison::comparison_table(&found.comparisons);
     }
-    print(&text)?;
+    out.write(&text)?;
     if found.regressions.is_empty() {
         return Ok(());
     }

@@ -1,7 +1,7 @@
 //! `simrun check`: everything that can be wrong before the first tick.
 
 use super::scenarios::{AtPoint, Changes};
-use super::{Failure, print};
+use super::{Failure, Out};
 use crate::settings::quantity::counted;
 use std::path::PathBuf;
 
@@ -18,17 +18,27 @@ pub(super) struct Args {
     point: Option<u32>,
     #[command(flatten)]
     changes: Changes,
+    #[command(flatten)]
+    out: Out,
 }
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
+    let mut text = String::new();
+    let result = check(args, &mut text);
+    // What was found before a fault is said as well.
+    args.out.write(&text)?;
+    result
+}
+
+fn check(args: &Args, text: &mut String) -> Result<(), Failure> {
     for file in &args.scenarios {
         let experiment = args.changes.load(file)?;
         let episodes = u64::from(experiment.scenario().episodes.get());
         match (args.resolved, args.point) {
-            (true, None) => print(&experiment.scenario().to_yaml())?,
+            (true, None) => *text += &experiment.scenario().to_yaml(),
             (_, Some(point)) => {
                 let point = AtPoint { point }.of(&experiment)?;
-                print(&experiment.scenario_at(point).to_yaml())?;
+                *text += &experiment.scenario_at(point).to_yaml();
             }
             (false, None) => {
                 let order = experiment.order().map_err(Failure::usage)?;
@@ -38,13 +48,13 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
                 } else {
                     counted(order.points()[0].len() as u64, "stack")
                 };
-                print(&format!("{}: valid, {count}, {} each\n", file.display(), counted(episodes, "episode")))?;
+                *text += &format!("{}: valid, {count}, {} each\n", file.display(), counted(episodes, "episode"));
                 for point in (0..experiment.points()).filter(|_| is_swept) {
                     let values = experiment.swept().iter().zip(experiment.values(point));
                     let values: Vec<String> = values.map(|(key, value)| format!("{key} = {value}")).collect();
                     let stacks: Vec<&str> = experiment.stacks(point).map(|stack| stack.name.as_str()).collect();
                     let stacks = if stacks.is_empty() { "nothing new".to_owned() } else { stacks.join(", ") };
-                    print(&format!("  {point}: {}: {stacks}\n", values.join(", ")))?;
+                    *text += &format!("  {point}: {}: {stacks}\n", values.join(", "));
                 }
             }
         }

@@ -16,8 +16,8 @@ pub(super) struct Args {
     #[arg(long, default_value_t = 0)]
     episode: u64,
     /// Where to write; `-` for stdout.
-    #[arg(short, long, default_value = "episode.svg")]
-    output: PathBuf,
+    #[arg(short, long, alias = "output", value_name = "FILE", default_value = "episode.svg")]
+    out: PathBuf,
     #[command(flatten)]
     point: AtPoint,
     #[command(flatten)]
@@ -42,12 +42,12 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             subtitle: sentence(&drive.row),
         },
     );
-    if args.output.as_os_str() == "-" {
+    if args.out.as_os_str() == "-" {
         return print(&svg);
     }
-    std::fs::write(&args.output, svg)
-        .map_err(|error| Failure::Run(format!("error: cannot write {}: {error}", args.output.display())))?;
-    say(&format!("{}: {}", args.output.display(), sentence(&drive.row)));
+    std::fs::write(&args.out, svg)
+        .map_err(|error| Failure::Run(format!("error: cannot write {}: {error}", args.out.display())))?;
+    say(&format!("{}: {}", args.out.display(), sentence(&drive.row)));
     Ok(())
 }
 

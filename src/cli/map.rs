@@ -1,6 +1,6 @@
 //! `simrun map`: what a map file holds, and the same map in another format.
 
-use super::{Failure, print, say};
+use super::{Failure, Out, print, say};
 use crate::map::connectivity::Components;
 use crate::map::file::{self, FileFormat, Loaded, Unknown};
 use crate::map::from_image::Params;
@@ -17,29 +17,49 @@ pub(super) struct Args {
 enum Action {
     /// Describe a map file: size, cells, the largest connected free part.
     Info {
-        /// Map file: .map, .yaml (ROS), .png, .pgm or .txt.
+        #[arg(help = format!("Map file: {}", FileFormat::known()))]
         file: PathBuf,
         #[command(flatten)]
         reading: Reading,
+        #[command(flatten)]
+        out: Out,
     },
     /// Write a map in another format; the extensions say which. A .yaml comes with a .pgm beside it.
     Convert {
-        /// Map file: .map, .yaml (ROS), .png, .pgm or .txt.
+        #[arg(help = format!("Map file: {}", FileFormat::known()))]
         input: PathBuf,
-        /// File to write: .map, .yaml (ROS), .png, .pgm or .txt.
-        output: PathBuf,
+        #[command(flatten)]
+        target: Target,
         #[command(flatten)]
         reading: Reading,
     },
-    /// Make a map from a colour picture: what stands out by its colour is an obstacle. Look at the preview, then turn the knobs.
+    /// Make a map from a colour picture: what stands out by its colour is an obstacle. Look at the preview, which is written beside
+    /// the map under the same name with .preview.png, then turn the knobs.
     FromImage {
         /// Picture, a .png.
         input: PathBuf,
-        /// File to write: .map, .yaml (ROS), .png, .pgm or .txt. The preview goes beside it: the same name with .preview.png.
-        output: PathBuf,
+        #[command(flatten)]
+        target: Target,
         #[command(flatten)]
         knobs: Knobs,
     },
+}
+
+/// The map file to write, named with or without `--out`.
+#[derive(Debug, clap::Args)]
+#[group(required = true, multiple = false)]
+struct Target {
+    #[arg(value_name = "OUTPUT", help = format!("File to write: {}", FileFormat::known()))]
+    output: Option<PathBuf>,
+    /// The same as OUTPUT.
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+impl Target {
+    fn file(&self) -> &Path {
+        self.output.as_deref().or(self.out.as_deref()).unwrap_or(Path::new(""))
+    }
 }
 
 /// How a picture becomes a map.
@@ -117,8 +137,9 @@ impl Reading {
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
     match &args.action {
-        Action::Info { file, reading } => print(&info(&reading.read(file)?, reading.unknown)),
-        Action::Convert { input, output, reading } => {
+        Action::Info { file, reading, out } => out.write(&info(&reading.read(file)?, reading.unknown)),
+        Action::Convert { input, target, reading } => {
+            let output = target.file();
             let loaded = reading.read(input)?;
             let format = FileFormat::of(output).map_err(|error| Failure::Usage(format!("error: {error}")))?;
             for written in file::write(&loaded.grid, output).map_err(|error| Failure::Run(format!("error: {error}")))? {
@@ -133,7 +154,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             }
             Ok(())
         }
-        Action::FromImage { input, output, knobs } => from_image(input, output, knobs),
+        Action::FromImage { input, target, knobs } => from_image(input, target.file(), knobs),
     }
 }
 

@@ -7,6 +7,7 @@
 mod analyze;
 mod check;
 mod draw;
+mod explain;
 mod map;
 mod plan;
 mod planners;
@@ -16,8 +17,12 @@ mod scenarios;
 mod schema;
 mod verify;
 
-use clap::{Parser, Subcommand};
+use crate::settings::choice::nearest;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory, Parser, Subcommand};
+use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Drives a robot through seeded 2-D worlds with any global × any local planner and writes what came of it as CSV.
@@ -50,8 +55,10 @@ enum Command {
     Reproduce(reproduce::Args),
     /// Draw one episode as SVG.
     Draw(draw::Args),
+    /// Explain a key of scenario files: meaning, unit, default, range, allowed values, an example.
+    Explain(explain::Args),
     /// Print the JSON Schema of scenario files, for editors.
-    Schema,
+    Schema(schema::Args),
     /// Describe a map file, or write it in another format.
     Map(map::Args),
 }
@@ -79,9 +86,22 @@ impl Failure {
 
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    let cli = match Cli::try_parse_from(&arguments) {
+        Ok(cli) => cli,
+        Err(mut error) => {
+            // An unknown option often belongs to the subcommand that was meant.
+            if error.kind() == ErrorKind::UnknownArgument
+                && let Some(meant) = arguments.get(1).and_then(|word| misspelt_command(Path::new(word)))
+            {
+                error.insert(ContextKind::SuggestedSubcommand, ContextValue::String(meant));
+            }
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
     let result = match cli.command {
-        None => run::main(&cli.run),
+        None => refuse_misspelt_command(&cli.run).and_then(|()| run::main(&cli.run)),
         Some(Command::Run(args)) => run::main(&args),
         Some(Command::Check(args)) => check::main(&args),
         Some(Command::Plan(args)) => plan::main(&args),
@@ -90,7 +110,8 @@ pub fn main() -> ExitCode {
         Some(Command::Analyze(args)) => analyze::main(&args),
         Some(Command::Reproduce(args)) => reproduce::main(&args),
         Some(Command::Draw(args)) => draw::main(&args),
-        Some(Command::Schema) => schema::main(),
+        Some(Command::Explain(args)) => explain::main(&args),
+        Some(Command::Schema(args)) => schema::main(&args),
         Some(Command::Map(args)) => map::main(&args),
     };
     let (message, code) = match result {
@@ -101,6 +122,65 @@ pub fn main() -> ExitCode {
     };
     say(&message);
     ExitCode::from(code)
+}
+
+/// The subcommand that a word is most like, if the word names no file and looks like no file's name.
+fn misspelt_command(word: &Path) -> Option<String> {
+    if word.exists() || word.extension().is_some() || word.components().count() != 1 {
+        return None;
+    }
+    let command = Cli::command();
+    let known: Vec<&str> = command.get_subcommands().map(clap::Command::get_name).collect();
+    nearest(word.to_str()?, &known).map(str::to_owned)
+}
+
+/// Scenarios may be named without a subcommand, so a misspelt subcommand looks like a scenario: this tells them apart.
+fn refuse_misspelt_command(run: &run::Args) -> Result<(), Failure> {
+    let Some((word, meant)) = run.scenarios().iter().find_map(|word| Some((word, misspelt_command(word)?))) else {
+        return Ok(());
+    };
+    Err(Failure::Usage(format!(
+        "error: there is no subcommand and no scenario file `{}`\nhelp: did you mean `simrun {meant}`?",
+        word.display()
+    )))
+}
+
+/// Where a command writes its text.
+#[derive(Debug, clap::Args)]
+struct Out {
+    /// Write to this file instead of stdout; `-` is stdout.
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+impl Out {
+    /// The file to write; `None` for stdout.
+    fn file(&self) -> Option<&Path> {
+        self.out.as_deref().filter(|file| file.as_os_str() != "-")
+    }
+
+    /// Writes the whole text.
+    fn write(&self, text: &str) -> Result<(), Failure> {
+        match self.file() {
+            Some(file) => std::fs::write(file, text).map_err(|error| cannot_write(file, &error)),
+            None => print(text),
+        }
+    }
+
+    /// Opens what is written bit by bit.
+    fn open(&self) -> Result<Box<dyn Write>, Failure> {
+        match self.file() {
+            Some(file) => match std::fs::File::create(file) {
+                Ok(opened) => Ok(Box::new(opened)),
+                Err(error) => Err(cannot_write(file, &error)),
+            },
+            None => Ok(Box::new(io::stdout().lock())),
+        }
+    }
+}
+
+fn cannot_write(file: &Path, error: &io::Error) -> Failure {
+    Failure::Run(format!("error: cannot write {}: {error}", file.display()))
 }
 
 /// A message for the person at the terminal. A closed stderr is no reason to fail.

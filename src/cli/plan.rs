@@ -1,6 +1,6 @@
 //! `simrun plan`: global planning alone, on a map file.
 
-use super::{Failure, say};
+use super::{Failure, Out, say};
 use crate::geometry::Pose;
 use crate::map::file::{self, Unknown};
 use crate::map::formats::movingai;
@@ -52,6 +52,8 @@ pub(super) struct Args {
     /// Side of a cell, m, for formats that do not say it.
     #[arg(long, value_name = "METRES", default_value = "1", value_parser = resolution)]
     resolution_m: Positive,
+    #[command(flatten)]
+    out: Out,
 }
 
 fn cell(text: &str) -> Result<Cell, String> {
@@ -124,7 +126,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             tally: Tally::default(),
         })
         .collect();
-    let mut out = io::stdout().lock();
+    let mut out = args.out.open()?;
     let name = args.map.file_name().unwrap_or_default().to_string_lossy();
     let question = Question { name: &name, map: &map.grid, grid: &grid, seed: args.seed };
     let written = stream(&mut out, &question, &queries, &mut planners);

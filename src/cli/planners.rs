@@ -1,45 +1,45 @@
 //! `simrun planners`: what the registry holds.
 
-use super::{Failure, print};
+use super::{Failure, Out};
 use crate::plan::Entry;
 use crate::plan::global::GlobalChoice;
 use crate::plan::local::LocalChoice;
 use crate::plan::path::PathChoice;
+use crate::scenario::reference;
 use crate::settings::choice::unknown_name;
-use schemars::Schema;
 use std::fmt::Write as _;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// Describe this planner alone, with its parameters.
     name: Option<String>,
+    #[command(flatten)]
+    out: Out,
 }
 
-/// One registry: its title, names, entries and parameter schemas.
-type Registry = (&'static str, &'static [&'static str], &'static [Entry], fn(&str) -> Option<Schema>);
+/// One registry: its title, the key under which scenarios name its planners, their names and entries.
+type Registry = (&'static str, &'static str, &'static [&'static str], &'static [Entry]);
 
 const REGISTRIES: [Registry; 3] = [
-    ("Global planners", GlobalChoice::NAMES, GlobalChoice::ENTRIES, GlobalChoice::params_schema),
-    ("Path stages", PathChoice::NAMES, PathChoice::ENTRIES, PathChoice::params_schema),
-    ("Local planners", LocalChoice::NAMES, LocalChoice::ENTRIES, LocalChoice::params_schema),
+    ("Global planners", "stacks.global", GlobalChoice::NAMES, GlobalChoice::ENTRIES),
+    ("Path stages", "stacks.path", PathChoice::NAMES, PathChoice::ENTRIES),
+    ("Local planners", "stacks.local", LocalChoice::NAMES, LocalChoice::ENTRIES),
 ];
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
-    match &args.name {
-        None => print(&list()),
-        Some(name) => match describe(name) {
-            Some(text) => print(&text),
-            None => {
-                let known: Vec<&str> = REGISTRIES.iter().flat_map(|registry| registry.1).copied().collect();
-                Err(Failure::Usage(format!("error: {}", unknown_name("planner", name, &known))))
-            }
-        },
+    let Some(name) = &args.name else { return args.out.write(&list()) };
+    match describe(name) {
+        Some(text) => args.out.write(&text),
+        None => {
+            let known: Vec<&str> = REGISTRIES.iter().flat_map(|registry| registry.2).copied().collect();
+            Err(Failure::Usage(format!("error: {}", unknown_name("planner", name, &known))))
+        }
     }
 }
 
 fn list() -> String {
     let mut text = String::new();
-    for (title, names, entries, _) in REGISTRIES {
+    for (title, _, names, entries) in REGISTRIES {
         let _ = writeln!(text, "{title}");
         for (name, entry) in names.iter().zip(entries) {
             let _ = writeln!(text, "  {name:<18} {}", entry.summary);
@@ -51,22 +51,12 @@ fn list() -> String {
 }
 
 fn describe(name: &str) -> Option<String> {
-    let (entry, schema) = REGISTRIES.iter().find_map(|(_, names, entries, schema)| {
+    let (key, entry) = REGISTRIES.iter().find_map(|(_, key, names, entries)| {
         let index = names.iter().position(|known| *known == name)?;
-        Some((&entries[index], schema(name)?))
+        Some((format!("{key}.{name}"), &entries[index]))
     })?;
-    let mut text = format!("{name}\n  {}\n  Source: {}\n", entry.summary, entry.source);
-    let parameters = schema.get("properties").and_then(|value| value.as_object());
-    match parameters {
-        Some(parameters) if !parameters.is_empty() => {
-            text.push_str("\nParameters\n");
-            for (key, value) in parameters {
-                let default = value.get("default").map_or_else(|| "required".to_owned(), ToString::to_string);
-                let meaning = value.get("description").and_then(|text| text.as_str()).unwrap_or_default();
-                let _ = writeln!(text, "  {key}: {default}\n      {}", meaning.replace('\n', "\n      "));
-            }
-        }
-        _ => text.push_str("\nNo parameters.\n"),
-    }
-    Some(text)
+    let parameters = reference::parameters(&key).ok()?;
+    let parameters =
+        if parameters.is_empty() { "No parameters.\n".to_owned() } else { format!("Parameters\n{parameters}") };
+    Some(format!("{name}\n  {}\n  Source: {}\n\n{parameters}", entry.summary, entry.source))
 }

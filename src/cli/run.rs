@@ -41,6 +41,13 @@ pub(super) struct Args {
     changes: Changes,
 }
 
+impl Args {
+    /// The scenario files.
+    pub(super) fn scenarios(&self) -> &[PathBuf] {
+        &self.scenarios
+    }
+}
+
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
     if args.out.is_some() && args.scenarios.len() > 1 {
         return Err(Failure::usage("--out names one folder, for one scenario"));

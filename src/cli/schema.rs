@@ -1,8 +1,14 @@
 //! `simrun schema`: the JSON Schema of scenario files, for editors.
 
-use super::{Failure, print};
+use super::{Failure, Out};
 use crate::scenario::Scenario;
 
-pub(super) fn main() -> Result<(), Failure> {
-    print(&Scenario::schema_text())
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    #[command(flatten)]
+    out: Out,
+}
+
+pub(super) fn main(args: &Args) -> Result<(), Failure> {
+    args.out.write(&Scenario::schema_text())
 }

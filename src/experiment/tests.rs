@@ -143,7 +143,7 @@ fn a_zip_over_two_planners_may_repeat_a_value() {
 fn every_row_of_a_three_axis_sweep_replays_alone_with_its_own_number() {
     let sweep = "sweep: {limits.speed_max_mps: [0.6, 1], stacks.global.a_star.corner_rule: [forbid, allow], stacks.local.dwa.horizon_s: [1, 2]}";
     let experiment = experiment(sweep);
-    let wholes: Vec<Vec<Row>> = (0..experiment.points()).map(|point| self::rows(&experiment, point, 1)).collect();
+    let wholes: Vec<Vec<Row>> = (0..experiment.points()).map(|point| rows(&experiment, point, 1)).collect();
     let mut rows = 0;
     for name in experiment.stack_names() {
         let mut alone = self::experiment(sweep);

@@ -218,8 +218,16 @@ mod tests {
     #[test]
     fn what_cannot_be_read_or_written_is_named() {
         let empty = OccupancyGrid::empty(1, 1, 1.0);
+        let nowhere = read_plain(Path::new("nowhere.map")).expect_err("refused").to_string();
+        assert!(
+            nowhere.starts_with("nowhere.map: cannot read the map: ") && !nowhere.contains("scenario"),
+            "{nowhere}"
+        );
         for (message, expected) in [
-            (read_plain(Path::new("a.jpg")).map(|_| ()), "a.jpg: the extension names no format of maps"),
+            (
+                read_plain(Path::new("a.jpg")).map(|_| ()),
+                "a.jpg: the extension names no format of maps, expected .txt, .map (MovingAI), .yaml (ROS), .png or .pgm",
+            ),
             (read_plain(Path::new("no/such.txt")).map(|_| ()), "such.txt: cannot read the map"),
             (read_plain(Path::new("no/such.png")).map(|_| ()), "such.png: image "),
             (write(&empty, Path::new("map")).map(|_| ()), "map: the extension names no format of maps"),

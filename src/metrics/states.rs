@@ -19,7 +19,7 @@ pub fn states(trace: &Trace, dt_s: f64) -> Vec<StateTime> {
     let mut before = None;
     // Row 0 is the state before the first decision.
     for tick in trace.ticks.iter().skip(1) {
-        let name = tick.mode.name();
+        let name = tick.state.name;
         let index = found.iter().position(|(known, ..)| *known == name).unwrap_or_else(|| {
             found.push((name, 0, 0));
             found.len() - 1
@@ -38,14 +38,14 @@ pub fn states(trace: &Trace, dt_s: f64) -> Vec<StateTime> {
 mod tests {
     use super::*;
     use crate::geometry::{Pose, Twist};
-    use crate::plan::local::Mode;
+    use crate::plan::contract::State;
 
     #[test]
     fn ticks_and_runs_of_ticks_are_counted_by_state() {
         let mut ticks = crate::metrics::tests::drive(Pose::new(0.0, 0.0, 0.0), &[Twist::ZERO; 7]);
         // The row before the first tick says nothing: recover, track, track, recover, recover, track, track.
         for (row, mode) in [0, 1, 0, 0, 1, 1, 0, 0].into_iter().enumerate() {
-            ticks[row].mode = [Mode::Track, Mode::Recover][mode];
+            ticks[row].state = [State::TRACK, State::RECOVER][mode];
         }
         let found = states(&Trace { ticks, ..Trace::default() }, 0.1);
         let expected = [("recover", 0.3, 2), ("track", 0.4, 2)];

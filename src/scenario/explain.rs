@@ -291,7 +291,9 @@ impl<'a> Fault<'a> {
 /// The error for a key that does not exist in the block `path`: with the block where it does, or
 /// else with the nearest key here.
 pub(super) fn unknown_key(key: &str, path: &KeyPath, schema: &Json) -> ScenarioError {
-    let known = Place::at(schema, path).map_or(Vec::new(), |place| place.keys());
+    let mut known = Place::at(schema, path).map_or(Vec::new(), |place| place.keys());
+    // By the alphabet, for readers who look for one of them.
+    known.sort_unstable();
     let home = if path.is_top() { "the top level".to_owned() } else { format!("`{path}`") };
     let error = ScenarioError::new(format!("unknown key `{key}`{}", inside(path))).key(path.clone().key(key)).note(
         if known.is_empty() { format!("{home} has no keys") } else { format!("keys of {home}: {}", known.join(", ")) },

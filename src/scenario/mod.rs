@@ -24,6 +24,7 @@ mod error;
 mod explain;
 mod file;
 mod key_path;
+pub mod reference;
 mod schema;
 mod shape;
 mod stacks;
@@ -155,7 +156,8 @@ impl Scenario {
 
     /// The JSON Schema of scenario files, for editors.
     pub fn schema() -> &'static serde_json::Value {
-        static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(|| schemars::schema_for!(Scenario).to_value());
+        static SCHEMA: LazyLock<serde_json::Value> = 
+            LazyLock::new(|| schema::named_by_path(schemars::schema_for!(Scenario).to_value()));
         &SCHEMA
     }
 

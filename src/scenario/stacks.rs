@@ -210,7 +210,7 @@ impl JsonSchema for Global {
         "Global".into()
     }
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        json_schema!({"anyOf": [generator.subschema_for::<GlobalChoice>(), {"const": Self::NONE}]})
+        json_schema!({"anyOf": [generator.subschema_for::<GlobalChoice>(), {"const": Self::NONE, "description": "No global planner: the local one drives alone, with the goal as its only sub-goal."}]})
     }
 }
 

@@ -456,10 +456,12 @@ impl JsonSchema for Sweep {
                     "description": "Keys whose values go side by side instead of making a product.",
                     "type": "object",
                     "additionalProperties": generator.subschema_for::<Values>(),
+                    "examples": [{"limits.speed_max_mps": [0.5, 1.0], "limits.acceleration_max_mps2": [0.25, 0.5]}],
                 },
                 "latin_hypercube": generator.subschema_for::<LatinHypercube>(),
             },
             "additionalProperties": generator.subschema_for::<Values>(),
+            "examples": [{"limits.speed_max_mps": [0.5, 1.0]}],
         })
     }
 }
@@ -510,7 +512,11 @@ impl JsonSchema for Ranges {
         "Ranges".into()
     }
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        json_schema!({"type": "object", "additionalProperties": generator.subschema_for::<[Finite; 2]>()})
+        json_schema!({
+            "type": "object",
+            "additionalProperties": generator.subschema_for::<[Finite; 2]>(),
+            "examples": [{"limits.speed_max_mps": [0.5, 1.5]}],
+        })
     }
 }
 

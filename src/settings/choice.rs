@@ -5,7 +5,9 @@
 //! (with "did you mean"), writing, the JSON Schema and the list of names. The parameters are read
 //! straight from the file's own reader, so that an error keeps its line, column and key path.
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{DeserializeOwned, Error, MapAccess, value::MapDeserializer};
+use serde_json::json;
 
 /// Why a name cannot be taken: it stands for nothing, or for something that needs parameters as well.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -63,11 +65,32 @@ pub fn value<'de, P: DeserializeOwned, A: MapAccess<'de>>(map: &mut A) -> Result
     }
 }
 
+/// The JSON Schema of one kind of a choice: by its name alone where every parameter has a default, and with its parameters.
+///
+/// Without a `summary`, the documentation of the parameters describes the kind.
+pub fn kind_schemas<P: JsonSchema>(generator: &mut SchemaGenerator, name: &str, summary: Option<&str>) -> Vec<Schema> {
+    let params = P::json_schema(generator);
+    let described = || params.get("description")?.as_str()?.split("\n\n").next().map(|text| text.replace('\n', " "));
+    let description = summary.map(str::to_owned).or_else(described).unwrap_or_default();
+    let reference = generator.subschema_for::<P>();
+    if params.get("required").is_some() {
+        let with_params = json!({"description": description, "allOf": [reference]});
+        return vec![with_key(name, &with_params)];
+    }
+    let with_params = json!({"description": description, "anyOf": [reference, {"type": "null"}]});
+    vec![json_schema!({"const": name, "description": description}), with_key(name, &with_params)]
+}
+
+/// The schema of `name: {parameters}`.
+fn with_key(name: &str, value: &serde_json::Value) -> Schema {
+    json_schema!({"type": "object", "properties": {name: value}, "required": [name], "additionalProperties": false})
+}
+
 /// Makes the enum of a choice; see the module's documentation.
 ///
-/// `choice! { /// docs  pub enum Name: "what it is called in errors" { module, … } }`
+/// `choice! { /// docs  pub enum Name: "what it is called in errors" { module = "one line: what it is", … } }`; the line may be left out.
 macro_rules! choice {
-    ($(#[$doc:meta])* $vis:vis enum $Name:ident: $what:literal { $($module:ident),+ $(,)? }) => {
+    ($(#[$doc:meta])* $vis:vis enum $Name:ident: $what:literal { $($module:ident $(= $summary:expr)?),+ $(,)? }) => {
         $(#[$doc])*
         #[derive(Clone, Debug, PartialEq)]
         #[expect(non_camel_case_types, reason = "a variant is called like its module and like its name in YAML")]
@@ -91,16 +114,6 @@ macro_rules! choice {
             /// If the name is unknown or a parameter has no default.
             pub fn by_name(name: &str) -> Result<Self, $crate::settings::choice::NameError> {
                 <Self as serde::Deserialize>::deserialize(serde::de::value::StrDeserializer::new(name))
-            }
-        }
-
-        impl $Name {
-            /// JSON Schema of the parameters of the choice called `name`: keys, meanings, defaults, ranges.
-            pub fn params_schema(name: &str) -> Option<schemars::Schema> {
-                match name {
-                    $(stringify!($module) => Some(schemars::schema_for!($module::Params)),)+
-                    _ => None,
-                }
             }
         }
 
@@ -153,13 +166,12 @@ macro_rules! choice {
                 stringify!($Name).into()
             }
             fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-                let mut forms = vec![serde_json::json!({"enum": $Name::NAMES})];
-                $(forms.push(serde_json::json!({
-                    "type": "object",
-                    "properties": { stringify!($module): {"anyOf": [generator.subschema_for::<$module::Params>(), {"type": "null"}]} },
-                    "required": [stringify!($module)],
-                    "additionalProperties": false,
-                }));)+
+                let mut forms = Vec::new();
+                $(forms.extend($crate::settings::choice::kind_schemas::<$module::Params>(
+                    generator,
+                    stringify!($module),
+                    None$(.or(Some($summary)))?,
+                ));)+
                 schemars::json_schema!({"anyOf": forms})
             }
         }

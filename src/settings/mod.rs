@@ -7,8 +7,10 @@
 pub mod choice;
 pub mod quantity;
 mod registry;
+mod unit;
 
 pub(crate) use registry::registry;
+pub use unit::unit_of;
 
 /// What a registry says of one kind of thing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

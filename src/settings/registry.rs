@@ -27,7 +27,7 @@ macro_rules! registry {
     (@table $(#[$doc:meta])* $vis:vis enum $Name:ident: $what:literal, $Entry:ty, dyn $Behaviour:path { $($module:ident),+ }) => {
         $crate::settings::choice::choice! {
             $(#[$doc])*
-            $vis enum $Name: $what { $($module),+ }
+            $vis enum $Name: $what { $($module = $module::ENTRY.summary),+ }
         }
 
         impl $Name {

@@ -126,6 +126,80 @@ fn planners_lists_every_planner_and_describes_one() {
 }
 
 #[test]
+fn planners_keeps_the_order_of_the_source_and_lists_allowed_values() {
+    let scratch = tempfile::tempdir().unwrap();
+    let text = stdout(simrun(scratch.path()).args(["planners", "imp_a_star"]));
+    let source = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/src/plan/global/imp_a_star.rs")).unwrap();
+    let params = source.split("pub struct Params {").nth(1).unwrap().split("\n}").next().unwrap();
+    let fields: Vec<&str> =
+        params.lines().filter_map(|line| line.trim().strip_prefix("pub ")?.split(':').next()).collect();
+    assert!(fields.len() > 3, "{fields:?}");
+    let places: Vec<usize> = fields.iter().map(|field| text.find(&format!("\n  {field}: ")).expect(field)).collect();
+    assert!(places.is_sorted(), "{fields:?} {text}");
+    assert!(text.contains("`dynamic`") && text.contains("`one`"), "{text}");
+    let dwa = stdout(simrun(scratch.path()).args(["planners", "dwa"]));
+    assert!(dwa.contains("  horizon_s: 3\n") && dwa.contains("(s, number, above 0)"), "{dwa}");
+}
+
+#[test]
+fn explain_describes_a_key_and_answers_a_wrong_one_with_the_nearest() {
+    let scratch = tempfile::tempdir().unwrap();
+    let text = stdout(simrun(scratch.path()).args(["explain", "planning.inflation_m"]));
+    assert!(text.contains("unit     m\n") && text.contains("range    at least 0\n"), "{text}");
+    assert!(stdout(simrun(scratch.path()).arg("explain")).contains("stacks"));
+    let wrong = simrun(scratch.path()).args(["explain", "planning.inflation"]).ends_with(2).stderr;
+    assert!(wrong.contains("did you mean `planning.inflation_m`?"), "{wrong}");
+}
+
+#[test]
+fn misspelt_subcommands_and_options_are_answered_with_the_nearest() {
+    let scratch = tempfile::tempdir().unwrap();
+    for (words, expected) in [
+        (&["anlyze", "results/a"][..], "did you mean `simrun analyze`?"),
+        (&["anlyze", "--all-pairs", "results/a"], "a similar subcommand exists: 'analyze'"),
+        (&["run", "a.yaml", "--epsiodes", "3"], "a similar argument exists: '--episodes'"),
+        (&["a.yaml", "--epsiodes", "3"], "a similar argument exists: '--episodes'"),
+        (&["map", "inof", "a.map"], "a similar subcommand exists: 'info'"),
+        // A file's name is no slip of the pen.
+        (&["analyse.yaml"], "there is no such scenario file"),
+    ] {
+        let message = simrun(scratch.path()).args(words).ends_with(2).stderr;
+        assert!(message.contains(expected), "{words:?}: {message}");
+    }
+    // A file that is called like a misspelt subcommand is a scenario.
+    fs::write(scratch.path().join("anlyze"), "map: [").unwrap();
+    let message = simrun(scratch.path()).arg("anlyze").ends_with(2).stderr;
+    assert!(!message.contains("subcommand"), "{message}");
+}
+
+#[test]
+fn commands_that_print_write_a_file_with_out() {
+    let scratch = tempfile::tempdir().unwrap();
+    let map = scratch.path().join("a.txt");
+    fs::write(&map, "..#\n...\n").unwrap();
+    let (map, plan) = (map.display().to_string(), ["--from", "0,0", "--to", "2,1"]);
+    let shipped = scenario("04_unknown_pallet").display().to_string();
+    let commands: [&[&str]; 7] = [
+        &["planners"],
+        &["explain", "map"],
+        &["schema"],
+        &["map", "info", &map],
+        &["plan", &map, plan[0], plan[1], plan[2], plan[3]],
+        &["check", &shipped],
+        &["check", &shipped, "--resolved"],
+    ];
+    for words in commands {
+        let printed = stdout(simrun(scratch.path()).args(words));
+        let quiet = stdout(simrun(scratch.path()).args(words).args(["-o", "written"]));
+        let written = fs::read_to_string(scratch.path().join("written")).unwrap();
+        assert_eq!((quiet.as_str(), &written), ("", &printed), "{words:?}");
+    }
+    simrun(scratch.path()).args(["map", "convert", &map, "--out", "b.map"]).ends_with(0);
+    assert!(scratch.path().join("b.map").exists());
+    simrun(scratch.path()).args(["map", "convert", &map]).ends_with(2);
+}
+
+#[test]
 fn draw_makes_a_picture() {
     let scratch = tempfile::tempdir().unwrap();
     let svg = stdout(simrun(scratch.path()).arg("draw").arg(scenario("04_unknown_pallet")).args(["-o", "-"]));

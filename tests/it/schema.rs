@@ -8,6 +8,9 @@ use std::path::PathBuf;
 
 const FILE: &str = "docs/scenario.schema.json";
 
+/// The reference of keys, for people.
+const REFERENCE: &str = "docs/book/src/scenario.md";
+
 /// The shipped scenarios: neither headers of maps nor papers.
 fn scenarios() -> Vec<PathBuf> {
     let folder = root().join("scenarios");
@@ -47,6 +50,60 @@ fn the_shipped_schema_is_the_one_that_the_command_prints() {
         fs::write(&path, Scenario::schema_text()).unwrap();
     }
     assert_eq!(fs::read_to_string(path).unwrap(), Scenario::schema_text(), "SIMRUN_BLESS=1 writes it anew");
+}
+
+#[test]
+fn the_reference_of_keys_is_the_one_that_the_code_writes() {
+    let (path, page) = (root().join(REFERENCE), simrun::scenario::reference::page());
+    if is_blessing() {
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, &page).unwrap();
+    }
+    assert_eq!(fs::read_to_string(path).unwrap(), page, "SIMRUN_BLESS=1 writes it anew");
+}
+
+/// Every object in a tree, with the pointer to it.
+fn objects<'a>(tree: &'a serde_json::Value, at: &str, found: &mut Vec<(String, &'a serde_json::Value)>) {
+    match tree {
+        serde_json::Value::Object(keys) => {
+            found.push((at.to_owned(), tree));
+            keys.iter().for_each(|(key, inner)| objects(inner, &format!("{at}/{key}"), found));
+        }
+        serde_json::Value::Array(items) => {
+            items.iter().enumerate().for_each(|(i, inner)| objects(inner, &format!("{at}/{i}"), found));
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn types_of_the_schema_have_names_of_their_own_and_every_key_and_kind_is_described() {
+    let schema = Scenario::schema();
+    let types = schema["$defs"].as_object().unwrap();
+    for name in ["map.random", "map.warehouse", "obstacles.moving.random", "stacks.local.dwa", "stacks.global.a_star"] {
+        assert!(types.contains_key(name), "{name} is not in {:?}", types.keys());
+    }
+    assert!(!types.keys().any(|name| name.contains("Params")), "{:?}", types.keys());
+    let mut all = Vec::new();
+    objects(schema, "", &mut all);
+    let mut references = 0;
+    for (at, object) in &all {
+        // The file alone is enough for an editor: every reference leads to a type in it.
+        if let Some(reference) = object["$ref"].as_str() {
+            assert!(schema.pointer(&reference[1..]).is_some(), "{at} refers to {reference}");
+            references += 1;
+        }
+        if at.ends_with("/properties") {
+            for (key, value) in object.as_object().unwrap() {
+                let described =
+                    |form: &serde_json::Value| form["description"].as_str().is_some_and(|text| !text.is_empty());
+                let wrapped = value["anyOf"].as_array().into_iter().flatten().chain([value]);
+                let target = wrapped.filter_map(|form| form["$ref"].as_str()).find_map(|to| schema.pointer(&to[1..]));
+                assert!(described(value) || target.is_some_and(described), "{at}/{key} has no description");
+            }
+        }
+    }
+    assert!(references > 100, "{references}");
 }
 
 #[test]

@@ -38,6 +38,7 @@ pub const ENTRY: Entry = Entry {
 #[serde(deny_unknown_fields)]
 pub struct Params {
     /// The `.map` file, relative to the folder of the scenario file.
+    #[schemars(example = "maps/hall.map")]
     pub file: PathBuf,
     /// Side of a cell, m. Default 1.
     #[serde(default = "one_metre")]

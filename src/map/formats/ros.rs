@@ -81,6 +81,7 @@ pub const ENTRY: Entry = Entry {
 #[serde(deny_unknown_fields)]
 pub struct Params {
     /// The YAML file, relative to the folder of the scenario file; it names its image.
+    #[schemars(example = "maps/depot.yaml")]
     pub file: PathBuf,
     /// What cells count as that the map does not know: `occupied` or `free`. Default `occupied`.
     #[serde(default)]
