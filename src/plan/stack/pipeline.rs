@@ -1,7 +1,6 @@
 //! From a task to the path that is driven: global planner, path stages, checks. `simrun plan` and episodes share it.
 
 use crate::geometry::{Path, Piece, Vec2, cross};
-use crate::map::Cell;
 use crate::math;
 use crate::plan::PlanningGrid;
 use crate::plan::contract::{Failure, GlobalPlanner, PathStage, Plan, Situation, Task};
@@ -10,9 +9,9 @@ use crate::plan::contract::{Failure, GlobalPlanner, PathStage, Plan, Situation, 
 ///
 /// # Errors
 /// What the planner or a stage says, and [`Failure::Fault`] for an answer that cannot be.
-pub fn find_path(
+pub fn find_path<'s>(
     global: &mut dyn GlobalPlanner,
-    stages: &mut [Box<dyn PathStage>],
+    stages: &mut [Box<dyn PathStage + 's>],
     task: &Task<'_>,
     plan: &mut Plan,
 ) -> Result<(), Failure> {
@@ -27,32 +26,19 @@ pub fn find_path(
         plan.path = stage.apply(&Task { situation: &situation, ..*task }, &plan.path)?;
         check(&plan.path, task).map_err(|what| Failure::Fault(format!("the path of stage {number} {what}")))?;
     }
+    join(&mut plan.path, task.grid);
     Ok(())
 }
 
 impl Plan {
-    /// Makes the path of [`Self::cells`]: from the task's start by the centres of the cells to its goal. The centre of the
-    /// start's own cell is no node, or a robot that plans anew would turn back to it; nor is that of the goal's.
+    /// Makes the path of [`Self::cells`]: from the task's start by the centres of all cells between to its goal. The centre of
+    /// the start's own cell is no node, or a robot that plans anew would turn back to it; nor is that of the goal's.
     pub fn follow_cells(&mut self, task: &Task<'_>) {
-        self.path = Path::polyline(&bends(task.grid, &self.cells, task.start, task.goal));
+        let between = self.cells.get(1..self.cells.len().saturating_sub(1)).unwrap_or_default();
+        let centres = between.iter().map(|&cell| Piece::Line { to: task.grid.centre(cell) });
+        let pieces = centres.chain([Piece::Line { to: task.goal }]).collect();
+        self.path = Path::new(task.start, pieces);
     }
-}
-
-/// The nodes of a path of cells at which it turns, with the task's own start and goal.
-fn bends(grid: &PlanningGrid, cells: &[Cell], from: Vec2, goal: Vec2) -> Vec<Vec2> {
-    let mut nodes = vec![from];
-    for at in 1..cells.len().saturating_sub(1) {
-        let (before, here, after) = (cells[at - 1], cells[at], cells[at + 1]);
-        let arriving = ((here.col - before.col), (here.row - before.row));
-        let leaving = ((after.col - here.col), (after.row - here.row));
-        let turns = i64::from(arriving.0) * i64::from(leaving.1) != i64::from(arriving.1) * i64::from(leaving.0);
-        let reverses = arriving.0 * leaving.0 + arriving.1 * leaving.1 < 0;
-        if turns || reverses {
-            nodes.push(grid.centre(here));
-        }
-    }
-    nodes.push(goal);
-    nodes
 }
 
 /// How far a path may reach into a blocked square, cells. A step past a corner that the planner may cut, from a start beside
@@ -91,23 +77,23 @@ fn check(path: &Path, task: &Task<'_>) -> Result<(), String> {
     Ok(())
 }
 
-/// `path` with lines that go straight on joined: key nodes and times stay. The first and the last leg are judged by the centres
-/// of the start's and the goal's cells, between which a planner on the grid has gone straight.
-#[expect(dead_code, reason = "in force with the next commit")]
-fn joined(path: Path, grid: &PlanningGrid) -> Path {
+/// Joins lines that go straight on, after the last stage and never before: stages get every node. Paths with named key nodes or
+/// times stay as they are. The first and the last leg are judged by the centres of the start's and the goal's cells, between
+/// which a planner on the grid has gone straight.
+fn join(path: &mut Path, grid: &PlanningGrid) {
     if path.has_named_nodes() || !path.times_s().is_empty() || path.pieces().len() < 2 {
-        return path;
+        return;
     }
-    let ends = [path.start(), path.end()].map(|p| grid.centre(grid.cell_at(p)));
     let last = path.pieces().len() - 1;
+    let centre = |p: Vec2| grid.centre(grid.cell_at(p));
     let mut pieces: Vec<Piece> = Vec::with_capacity(path.pieces().len());
+    // Where the piece before begins.
+    let mut before = centre(path.start());
     for (index, (from, piece)) in path.segments().enumerate() {
         let goes_on = match (pieces.last(), piece) {
-            (Some(Piece::Line { .. }), Piece::Line { to }) => {
-                let before = if index == 1 { ends[0] } else { path.vertices().nth(index - 1).unwrap_or(from) };
-                let after = if index == last { ends[1] } else { *to };
-                let (arriving, leaving) = (from - before, after - from);
-                let slack = 1e-9 * arriving.norm() * leaving.norm();
+            (Some(Piece::Line { .. }), &Piece::Line { to }) => {
+                let (arriving, leaving) = (from - before, if index == last { centre(to) } else { to } - from);
+                let slack = STRAIGHT_RAD * arriving.norm() * leaving.norm();
                 cross(arriving, leaving).abs() <= slack && arriving.dot(&leaving) >= 0.0
             }
             _ => false,
@@ -116,6 +102,152 @@ fn joined(path: Path, grid: &PlanningGrid) -> Path {
             pieces.pop();
         }
         pieces.push(piece.clone());
+        before = if index == 0 { before } else { from };
     }
-    Path::new(path.start(), pieces)
+    *path = Path::new(path.start(), pieces);
+}
+
+/// Turn below which a line goes straight on, rad: rounding makes less.
+const STRAIGHT_RAD: f64 = 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::map::{Cell, OccupancyGrid};
+    use crate::observation::Belief;
+    use crate::plan::contract::SearchEffort;
+    use crate::plan::global::GlobalChoice;
+    use crate::plan::grid::tests::{random_cell, random_map, stream, uninflated};
+    use crate::robot::Robot;
+
+    fn v(x: f64, y: f64) -> Vec2 {
+        Vec2::new(x, y)
+    }
+
+    /// Asks `ask` a task on a map.
+    fn with_task<T>(map: &OccupancyGrid, start: Vec2, goal: Vec2, ask: impl FnOnce(&Task<'_>) -> T) -> T {
+        let (robot, belief, grid) = (Robot::default(), Belief::from(map), uninflated(map));
+        let pose = Pose { position: start, theta: 0.0 };
+        let situation = Situation::new(&robot, &belief, pose, goal);
+        ask(&Task { situation: &situation, grid: &grid, start, goal })
+    }
+
+    /// A planner that gives this path.
+    struct Answers(Path);
+
+    impl GlobalPlanner for Answers {
+        fn plan(&mut self, _: &Task<'_>, plan: &mut Plan) -> Result<(), Failure> {
+            plan.path = self.0.clone();
+            plan.effort = SearchEffort { expanded: 10, generated: 10 };
+            Ok(())
+        }
+    }
+
+    /// A stage that notes the nodes that it gets.
+    struct Counts<'a>(&'a std::sync::Mutex<usize>);
+
+    impl PathStage for Counts<'_> {
+        fn apply(&mut self, _: &Task<'_>, path: &Path) -> Result<Path, Failure> {
+            *self.0.lock().unwrap() = path.vertices().count();
+            Ok(path.clone())
+        }
+    }
+
+    /// The bends of a path of cells, in whole numbers.
+    fn bends(grid: &PlanningGrid, cells: &[Cell], from: Vec2, goal: Vec2) -> Vec<Vec2> {
+        let mut nodes = vec![from];
+        for three in cells.windows(3) {
+            let arriving = (three[1].col - three[0].col, three[1].row - three[0].row);
+            let leaving = (three[2].col - three[1].col, three[2].row - three[1].row);
+            if arriving.0 * leaving.1 != arriving.1 * leaving.0 || arriving.0 * leaving.0 + arriving.1 * leaving.1 < 0 {
+                nodes.push(grid.centre(three[1]));
+            }
+        }
+        nodes.push(goal);
+        nodes
+    }
+
+    #[test]
+    fn stages_get_every_cell_and_the_driven_path_has_the_bends_alone() {
+        let mut stream = stream(61);
+        let mut found = 0;
+        for name in ["a_star", "theta_star", "bfs"] {
+            let mut planner = GlobalChoice::by_name(name).unwrap().build();
+            for _ in 0..300 {
+                let map = random_map(&mut stream, 20, 0.2);
+                let (start, goal) = (random_cell(&mut stream, &map), random_cell(&mut stream, &map));
+                // Beside the centre of its cell, as a robot stands.
+                let off = map.resolution_m() * v(stream.range(-0.4, 0.4), stream.range(-0.4, 0.4));
+                let (start, goal) = (map.centre(start) + off, map.centre(goal));
+                let nodes = std::sync::Mutex::new(0);
+                let counts = &nodes;
+                with_task(&map, start, goal, |task| {
+                    let mut plan = Plan::default();
+                    planner.reset();
+                    // The stage lives for this call alone.
+                    let stage: Box<dyn PathStage + '_> = Box::new(Counts(counts));
+                    let answer = find_path(&mut *planner, &mut [stage], task, &mut plan);
+                    if answer.is_ok() {
+                        found += 1;
+                        assert_eq!(*counts.lock().unwrap(), plan.cells.len().max(2), "{name}");
+                        let expected = bends(task.grid, &plan.cells, start, goal);
+                        assert_eq!(plan.path.vertices().collect::<Vec<_>>(), expected, "{name}");
+                    }
+                });
+            }
+        }
+        assert!(found > 300, "{found}");
+    }
+
+    #[test]
+    fn answers_that_cannot_be_are_the_planners_fault() {
+        let map = OccupancyGrid::from_ascii(&["......", "..##..", "..##..", "......"], 1.0);
+        let (start, goal) = (v(0.5, 0.5), v(5.5, 3.5));
+        let fault = |path: Path| {
+            with_task(&map, start, goal, |task| find_path(&mut Answers(path), &mut [], task, &mut Plan::default()))
+        };
+        assert_eq!(fault(Path::polyline(&[start, v(0.5, 3.5), goal])), Ok(()));
+        for (path, words) in [
+            (Path::polyline(&[v(1.5, 0.5), goal]), "begins at"),
+            (Path::polyline(&[start, v(5.5, 0.5)]), "ends at"),
+            (Path::polyline(&[start, v(f64::NAN, 1.0), goal]), "not finite"),
+            (Path::polyline(&[start, v(2.5, 0.5), v(2.5, 3.5), goal]), "passes through a blocked cell"),
+        ] {
+            let answer = fault(path);
+            assert!(matches!(&answer, Err(Failure::Fault(what)) if what.contains(words)), "{answer:?}");
+        }
+    }
+
+    #[test]
+    fn more_than_the_budget_is_out_of_budget() {
+        let map = OccupancyGrid::empty(6, 4, 1.0);
+        let (start, goal) = (v(0.5, 0.5), v(5.5, 3.5));
+        let ask = |expansions: u64| {
+            with_task(&map, start, goal, |task| {
+                let mut situation = *task.situation;
+                situation.budget.expansions = expansions;
+                let task = Task { situation: &situation, ..*task };
+                find_path(&mut Answers(Path::polyline(&[start, goal])), &mut [], &task, &mut Plan::default())
+            })
+        };
+        assert_eq!((ask(10), ask(9)), (Ok(()), Err(Failure::OutOfBudget)));
+    }
+
+    #[test]
+    fn named_nodes_and_times_are_not_joined_away() {
+        let map = OccupancyGrid::empty(6, 4, 1.0);
+        let straight = Path::polyline(&[v(0.5, 0.5), v(2.5, 0.5), v(4.5, 0.5)]);
+        let grid = uninflated(&map);
+        for (path, pieces) in [
+            (straight.clone(), 1),
+            (straight.clone().with_times(vec![1.0, 2.0]), 2),
+            (straight.clone().with_key_nodes(&[v(0.5, 0.5), v(2.5, 0.5), v(4.5, 0.5)]), 2),
+            (Path::polyline(&[v(0.5, 0.5), v(2.5, 0.5), v(1.5, 0.5)]), 2), // it turns back
+        ] {
+            let mut joined = path;
+            join(&mut joined, &grid);
+            assert_eq!(joined.pieces().len(), pieces);
+        }
+    }
 }
