@@ -49,12 +49,12 @@ impl Default for TerminationSpec {
 
 impl TerminationSpec {
     /// The tick at which the episode times out: at least 1, at most a day of simulated time.
-    pub fn tick_max(&self, scene: &Scene, robot: &Robot) -> u32 {
+    pub fn tick_max(&self, scene: &Scene, robot: &Robot, dt_s: f64) -> u32 {
         const DAY_S: f64 = 86_400.0;
         let straight_m = (scene.goal - scene.start.position).norm();
         let timeout_s =
             self.timeout_s.map_or(self.timeout_factor.get() * straight_m / robot.speed_max_mps, Positive::get);
-        ((timeout_s / DT_S).ceil().clamp(1.0, DAY_S / DT_S)) as u32
+        ((timeout_s / dt_s).ceil().clamp(1.0, DAY_S / dt_s)) as u32
     }
 
     /// Whether the robot is at its goal.
@@ -166,13 +166,14 @@ impl Runner {
         record.trace.note_names = stack.local_entry().notes;
         record.timings.world_s = clock.elapsed_s();
 
-        let mut stuck = StuckWatch::new(scene.start.position, termination);
-        for tick in 0..termination.tick_max(scene, robot) {
+        let dt_s = conditions.control_period_s.get();
+        let mut stuck = StuckWatch::new(scene.start.position, termination, dt_s);
+        for tick in 0..termination.tick_max(scene, robot, dt_s) {
             world.sense(belief, sensed);
             record.note_senses(tick, &world, belief, sensed);
             let situation = Situation {
                 tick,
-                dt_s: DT_S,
+                dt_s,
                 pose: world.believed_pose(),
                 twist: world.odometry(),
                 robot,
@@ -238,8 +239,8 @@ struct StuckWatch {
 }
 
 impl StuckWatch {
-    fn new(start: Vec2, termination: &TerminationSpec) -> Self {
-        let ticks = (termination.stuck_after_s.get() / DT_S).ceil() as u32;
+    fn new(start: Vec2, termination: &TerminationSpec, dt_s: f64) -> Self {
+        let ticks = (termination.stuck_after_s.get() / dt_s).ceil() as u32;
         Self { anchor: (start, 0), radius_m: termination.stuck_radius_m.get(), ticks }
     }
 

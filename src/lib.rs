@@ -20,7 +20,7 @@
 //!
 //! **Frames and units.** SI throughout, angles in radians, x forward or east, y left or north, yaw counter-clockwise. Inside, positions
 //! are in the *grid frame*, whose origin is the map's lower left corner; scenario files, tables and traces use the map's own
-//! *world frame* ([`map::Frame`]). Time is an integer tick of [`episode::DT_S`].
+//! *world frame* ([`map::Frame`]). Time is an integer tick of the control period.
 //!
 //! **Determinism.** The same scenario, seed and build give the same bytes for any number of threads, in debug and release: named random
 //! streams ([`rng`]), portable transcendental functions ([`math`]), no wall clock ([`clock`] feeds `timings.csv` alone), specified ties.

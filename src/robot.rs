@@ -138,18 +138,18 @@ pub struct Robot {
     pub track_width_m: f64,
     /// Highest rim speed of a wheel, m/s (infinite where the scenario names none).
     pub wheel_speed_max_mps: f64,
-    /// Lowest speed, m/s: minus the highest reverse speed.
-    pub speed_min_mps: f64,
+    /// Highest reverse speed, m/s; 0 where it cannot reverse.
+    pub reverse_speed_max_mps: f64,
     /// Highest speed, m/s.
     pub speed_max_mps: f64,
     /// Highest acceleration, m/s².
-    pub acceleration_mps2: f64,
+    pub acceleration_max_mps2: f64,
     /// Highest deceleration, m/s².
-    pub deceleration_mps2: f64,
+    pub deceleration_max_mps2: f64,
     /// Highest yaw rate, rad/s.
     pub yaw_rate_max_radps: f64,
     /// Highest yaw acceleration, rad/s².
-    pub yaw_acceleration_radps2: f64,
+    pub yaw_acceleration_max_radps2: f64,
 }
 
 impl Robot {
@@ -162,13 +162,18 @@ impl Robot {
             footprint,
             track_width_m: spec.track_width_m.get(),
             wheel_speed_max_mps: spec.wheel_speed_max_mps.map_or(f64::INFINITY, Positive::get),
-            speed_min_mps: 0.0 - limits.reverse_speed_max_mps.get(),
+            reverse_speed_max_mps: limits.reverse_speed_max_mps.get(),
             speed_max_mps: limits.speed_max_mps.get(),
-            acceleration_mps2: acceleration,
-            deceleration_mps2: limits.deceleration_max_mps2.map_or(acceleration, Positive::get),
+            acceleration_max_mps2: acceleration,
+            deceleration_max_mps2: limits.deceleration_max_mps2.map_or(acceleration, Positive::get),
             yaw_rate_max_radps: limits.yaw_rate_max_radps.get(),
-            yaw_acceleration_radps2: limits.yaw_acceleration_max_radps2.get(),
+            yaw_acceleration_max_radps2: limits.yaw_acceleration_max_radps2.get(),
         }
+    }
+
+    /// Lowest speed, m/s: minus the highest reverse speed.
+    pub fn speed_min_mps(&self) -> f64 {
+        0.0 - self.reverse_speed_max_mps
     }
 
     /// Radius of the largest disc about the centre that the footprint holds, m.
@@ -188,15 +193,15 @@ impl Robot {
     /// down by the deceleration; through zero, by the deceleration), then both are scaled
     /// down together where a wheel would turn too fast, which keeps the curvature.
     pub fn actuate(&self, twist: Twist, command: Twist, dt_s: f64) -> Twist {
-        let wanted_v = math::clamp(command.v, self.speed_min_mps, self.speed_max_mps);
+        let wanted_v = math::clamp(command.v, self.speed_min_mps(), self.speed_max_mps);
         let (up, down) = if twist.v >= 0.0 {
-            (self.acceleration_mps2, self.deceleration_mps2)
+            (self.acceleration_max_mps2, self.deceleration_max_mps2)
         } else {
-            (self.deceleration_mps2, self.acceleration_mps2)
+            (self.deceleration_max_mps2, self.acceleration_max_mps2)
         };
         let v = math::clamp(wanted_v, twist.v - down * dt_s, twist.v + up * dt_s);
         let wanted_omega = math::clamp(command.omega, -self.yaw_rate_max_radps, self.yaw_rate_max_radps);
-        let step = self.yaw_acceleration_radps2 * dt_s;
+        let step = self.yaw_acceleration_max_radps2 * dt_s;
         let omega = math::clamp(wanted_omega, twist.omega - step, twist.omega + step);
         self.within_wheel_limits(Twist { v, omega })
     }

@@ -127,12 +127,12 @@ impl Scene {
         let (dt_s, twist) = (self.number("dt"), self.twist());
         Robot {
             radius_m: self.number("robot_radius"),
-            speed_min_mps: self.number("v_lo"),
+            reverse_speed_max_mps: 0.0 - self.number("v_lo"),
             speed_max_mps: self.number("v_hi"),
-            acceleration_mps2: (self.number("v_hi") - twist.v) / dt_s,
-            deceleration_mps2: (twist.v - self.number("v_lo")) / dt_s,
+            acceleration_max_mps2: (self.number("v_hi") - twist.v) / dt_s,
+            deceleration_max_mps2: (twist.v - self.number("v_lo")) / dt_s,
             yaw_rate_max_radps: self.number("w_hi"),
-            yaw_acceleration_radps2: (self.number("w_hi") - twist.omega) / dt_s,
+            yaw_acceleration_max_radps2: (self.number("w_hi") - twist.omega) / dt_s,
             ..Robot::default()
         }
     }

@@ -45,7 +45,7 @@ impl Floor {
         let mut twists = Vec::new();
         for i in 0..samples {
             for k in 0..samples {
-                let v = at(robot.speed_min_mps, robot.speed_max_mps, i);
+                let v = at(robot.speed_min_mps(), robot.speed_max_mps, i);
                 twists.push(Twist { v, omega: at(-robot.yaw_rate_max_radps, robot.yaw_rate_max_radps, k) });
             }
         }

@@ -2,7 +2,7 @@
 
 use super::{Experiment, RunError, Setup, StackHere, Surroundings};
 use crate::clock::Stopwatch;
-use crate::episode::{DT_S, Outcome, Record, Recording, Runner, Setting, Timings};
+use crate::episode::{Outcome, Record, Recording, Runner, Setting, Timings};
 use crate::metrics::{self, Metrics};
 use crate::plan::stack::{Stack, StackSpec};
 use crate::results::{Answer, Digest, Row, Timing};
@@ -62,7 +62,7 @@ impl Experiment {
                     if let Some(folder) = traces {
                         self.write_trace(folder, &row, scene, &runner.record.trace)?;
                     }
-                    let states = metrics::states(&runner.record.trace, DT_S);
+                    let states = metrics::states(&runner.record.trace, setup.dt_s());
                     Answer { row, states, timing: timing(world_s, &mut runner.record.timings) }
                 }
                 Err(infeasible) => {
@@ -91,7 +91,7 @@ impl Experiment {
         let row = self.row(point, here, episode, measured);
         let Record { trace, detail, .. } = runner.record;
         let (robot, detail) = (setup.surroundings.robot.clone(), detail.unwrap_or_default());
-        Ok(Drive { row, recording: Recording { scene, robot, dt_s: DT_S, outcome, trace, detail } })
+        Ok(Drive { row, recording: Recording { scene, robot, dt_s: setup.dt_s(), outcome, trace, detail } })
     }
 
     /// The world of one episode at a point.
@@ -137,15 +137,16 @@ impl Experiment {
     fn write_trace(&self, folder: &Path, row: &Row, scene: &Scene, trace: &Trace) -> Result<(), RunError> {
         let point = if self.swept.is_empty() { String::new() } else { format!("p{:04}_", row.point) };
         let stem = format!("{point}e{:06}_{}", row.episode, row.stack);
+        let dt_s = self.points[row.point as usize].dt_s();
         let write = |ending: &str, content: &dyn Fn(&mut io::BufWriter<std::fs::File>) -> io::Result<()>| {
             let path = folder.join(format!("{stem}{ending}"));
             let file = std::fs::File::create(&path);
             let written = file.and_then(|file| content(&mut io::BufWriter::new(file)));
             written.map_err(|source| RunError::Trace { path, source })
         };
-        write(".csv", &|file| trace::write_csv(trace, scene.map.grid.frame(), DT_S, file))?;
+        write(".csv", &|file| trace::write_csv(trace, scene.map.grid.frame(), dt_s, file))?;
         if trace.ray_count > 0 {
-            write(".lidar.csv", &|file| trace::write_scans(trace, DT_S, file))?;
+            write(".lidar.csv", &|file| trace::write_scans(trace, dt_s, file))?;
         }
         Ok(())
     }
@@ -159,6 +160,11 @@ struct Measured {
 }
 
 impl Setup {
+    /// Control period, s.
+    fn dt_s(&self) -> f64 {
+        self.scenario.control_period_s.get()
+    }
+
     fn seed(&self, episode: u64) -> EpisodeSeed {
         EpisodeSeed { seed: self.scenario.seed, episode }
     }
@@ -189,7 +195,7 @@ impl Setup {
             sensing: scenario.sensing.clone(),
             localisation: scenario.localisation.clone(),
             actuation: scenario.actuation.clone(),
-            ..Conditions::default()
+            control_period_s: scenario.control_period_s,
         };
         let stack = slot.get_or_insert_with(|| spec.build(&scenario.planning));
         let termination = &scenario.termination;
@@ -205,7 +211,7 @@ impl Setup {
             trace,
             success: outcome == Outcome::Success,
             goal_tolerance_m: scenario.termination.goal_tolerance_m.get(),
-            dt_s: DT_S,
+            dt_s: self.dt_s(),
             shortest_m,
         };
         Measured {

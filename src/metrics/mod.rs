@@ -20,6 +20,7 @@ pub use states::{StateTime, states};
 
 use crate::geometry::Path;
 use crate::math;
+use crate::plan::contract::StateKind;
 use crate::robot::Robot;
 use crate::settings::quantity::NonNegative;
 use crate::trace::{Trace, time_s};
@@ -204,6 +205,9 @@ pub fn measure(episode: Episode<'_>, spec: &MetricsSpec) -> Metrics {
         path_deviation_mean_m: real(drive::path_deviation_mean_m(ticks)),
         turning_steps: Some(drive::turning_steps(ticks)),
         ticks: Some(last.tick),
+        waiting_s: real(Some(states::kind_s(trace, StateKind::Waiting, dt_s))),
+        retreating_s: real(Some(states::kind_s(trace, StateKind::Retreating, dt_s))),
+        recovering_s: real(Some(states::kind_s(trace, StateKind::Recovering, dt_s))),
         ..of_plan
     }
 }

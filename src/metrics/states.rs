@@ -1,5 +1,6 @@
 //! How long a local planner was in each of its states, and how often it came into it.
 
+use crate::plan::contract::StateKind;
 use crate::trace::{Trace, time_s};
 
 /// The time that a local planner spent in one of its states in one episode: a row of `states.csv`.
@@ -34,6 +35,12 @@ pub fn states(trace: &Trace, dt_s: f64) -> Vec<StateTime> {
         .collect()
 }
 
+/// Time that the local planner spent in states of one kind, s: ticks decided in them times dt.
+pub(super) fn kind_s(trace: &Trace, kind: StateKind, dt_s: f64) -> f64 {
+    let ticks = trace.ticks.iter().skip(1).filter(|tick| tick.state.kind == kind).count();
+    time_s(ticks as u32, dt_s)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -47,9 +54,12 @@ mod tests {
         for (row, mode) in [0, 1, 0, 0, 1, 1, 0, 0].into_iter().enumerate() {
             ticks[row].state = [State::TRACK, State::RECOVER][mode];
         }
-        let found = states(&Trace { ticks, ..Trace::default() }, 0.1);
+        let trace = Trace { ticks, ..Trace::default() };
+        let found = states(&trace, 0.1);
         let expected = [("recover", 0.3, 2), ("track", 0.4, 2)];
         assert_eq!(found.iter().map(|s| (s.state.as_str(), s.seconds, s.entries)).collect::<Vec<_>>(), expected);
+        let kinds = [StateKind::Recovering, StateKind::Tracking, StateKind::Waiting];
+        assert_eq!(kinds.map(|kind| kind_s(&trace, kind, 0.1)), [0.3, 0.4, 0.0]);
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! What running a paper's tables brought: rows, checked bounds, causes of failures.
 
 use crate::comparison::{Section, StackRows};
-use crate::episode::DT_S;
 use crate::experiment::{Experiment, in_order, threads_available};
 use crate::metrics::failure::{Cause, cause};
 use crate::plan::global::GlobalChoice;
@@ -90,7 +89,9 @@ fn sample(experiment: &Experiment, point: u32, stack_index: usize, stack: &Stack
     for row in failed().take(SAMPLE) {
         let Ok(drive) = experiment.drive_one(point, row.episode, stack_index) else { continue };
         let radius_m = experiment.robot(point).radius_m;
-        if let Some(cause) = cause(&drive.recording.scene, radius_m, &drive.row.outcome, &drive.recording.trace, DT_S) {
+        if let Some(cause) =
+            cause(&drive.recording.scene, radius_m, &drive.row.outcome, &drive.recording.trace, drive.recording.dt_s)
+        {
             found.sampled += 1;
             *found.causes.entry(cause).or_default() += 1;
             found.examples.entry(cause).or_insert(row.episode);

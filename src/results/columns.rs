@@ -193,9 +193,9 @@ table! {
     metric contact_speed_mps: "m/s", lower, after, "largest speed of approach at a first touch; empty without contact; not measured yet", "", "until the end", since 2;
     metric contact_impulse_ns: "N·s", lower, after, "largest impulse of a contact; empty without contact; not measured yet", "", "until the end", since 2;
     metric contact_energy_j: "J", lower, after, "largest kinetic energy lost in a contact; empty without contact; not measured yet", "", "until the end", since 2;
-    metric waiting_s: "s", lower, after, "time in states of the local planner that wait; not measured yet", "", "until the end", since 2;
-    metric retreating_s: "s", lower, after, "time in states of the local planner that retreat; not measured yet", "", "until the end", since 2;
-    metric recovering_s: "s", lower, after, "time in states of the local planner that recover; not measured yet", "", "until the end", since 2;
+    metric waiting_s: "s", lower, after, "time in states of the local planner that wait: ticks decided in them times dt", "", "until the end", since 2;
+    metric retreating_s: "s", lower, after, "time in states of the local planner that retreat: ticks decided in them times dt", "", "until the end", since 2;
+    metric recovering_s: "s", lower, after, "time in states of the local planner that recover: ticks decided in them times dt", "", "until the end", since 2;
     field world_digest: "", none, before, "digest of the world before the first tick, equal for all stacks", "", "empty without a world";
     field trace_digest: "", none, after, "digest of everything that happened", "", "empty without a trace";
 }

@@ -9,6 +9,10 @@ use crate::map::MapError;
 use crate::map::connectivity::Components;
 use crate::math;
 use crate::plan::PlanningGrid;
+use crate::plan::contract::Fit;
+use crate::plan::global::GlobalChoice;
+use crate::plan::local::LocalChoice;
+use crate::plan::path::PathChoice;
 use crate::rng::EpisodeSeed;
 use crate::robot::Robot;
 use crate::world::StaticMap;
@@ -76,7 +80,7 @@ impl Scenario {
         if latency > LATENCY_TICKS_MAX {
             return Err(ScenarioError::new(format!("commands would take {latency} ticks to arrive"))
                 .key(KeyPath::parse("actuation.latency_ticks"))
-                .label(format!("expected at most {LATENCY_TICKS_MAX} ticks of a tenth of a second")));
+                .label(format!("expected at most {LATENCY_TICKS_MAX} ticks of the control period")));
         }
         for (key, [low, high]) in [("slip_left", self.actuation.slip_left), ("slip_right", self.actuation.slip_right)] {
             if low > high {
@@ -173,6 +177,7 @@ impl Scenario {
                 _ => refused,
             }
         })?;
+        self.check_planners(map, &robot)?;
         let tolerance = self.termination.goal_tolerance_m.get();
         let (Some(start), Some(goal)) = (start, goal) else { return Ok(()) };
         let distance = rounded((goal - start).norm());
@@ -184,6 +189,48 @@ impl Scenario {
                 .help("move them apart"));
         }
         self.check_way(map, start, goal)
+    }
+
+    /// Checks the parameters of every planner against the map and the robot.
+    fn check_planners(&self, map: &StaticMap, robot: &Robot) -> Result<(), ScenarioError> {
+        let fit = Fit { map: &map.grid, robot, dt_s: self.control_period_s.get() };
+        let refused = |key: KeyPath, name: &str, message: String| {
+            ScenarioError::new(format!("`{name}`: {message}")).key(key).label("does not fit this map and robot")
+        };
+        let global = |key: KeyPath, choice: &GlobalChoice| {
+            choice.kind().check(&fit).map_err(|message| refused(key, choice.name(), message))
+        };
+        let path = |key: KeyPath, choice: &PathChoice| {
+            choice.kind().check(&fit).map_err(|message| refused(key, choice.name(), message))
+        };
+        let local = |key: KeyPath, choice: &LocalChoice| {
+            choice.kind().check(&fit).map_err(|message| refused(key, choice.name(), message))
+        };
+        let in_product = |list: &str, item: usize| KeyPath::parse("stacks").key(list).item(item);
+        match &self.stacks {
+            Stacks::Product(product) => {
+                for (item, choice) in product.global.iter().enumerate() {
+                    choice.0.iter().try_for_each(|choice| global(in_product("global", item), choice))?;
+                }
+                for (item, stages) in product.path.iter().enumerate() {
+                    let key = |stage: usize| in_product("path", item).item(stage);
+                    stages.iter().enumerate().try_for_each(|(stage, choice)| path(key(stage), choice))?;
+                }
+                for (item, choice) in product.local.iter().enumerate() {
+                    local(in_product("local", item), choice)?;
+                }
+            }
+            Stacks::List(stacks) => {
+                for (item, stack) in stacks.iter().enumerate() {
+                    let key = |part: &str| KeyPath::parse("stacks").item(item).key(part);
+                    stack.global.0.iter().try_for_each(|choice| global(key("global"), choice))?;
+                    let stages = stack.path.iter().enumerate();
+                    stages.clone().try_for_each(|(stage, choice)| path(key("path").item(stage), choice))?;
+                    local(key("local"), &stack.local)?;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Checks that the planning grid has a way from the start to the goal.

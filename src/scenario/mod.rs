@@ -44,9 +44,9 @@ use crate::map::MapSpec;
 use crate::metrics::MetricsSpec;
 use crate::plan::stack::{PlanningSpec, StackSpec};
 use crate::robot::{Limits, RobotSpec};
-use crate::settings::quantity::Count;
+use crate::settings::quantity::{Count, Period};
 use crate::world::{
-    ActuationSpec, GoalSpec, LocalisationSpec, ObstaclesSpec, SceneError, SceneSpec, ScriptEntry, SensingSpec,
+    ActuationSpec, DT_S, GoalSpec, LocalisationSpec, ObstaclesSpec, SceneError, SceneSpec, ScriptEntry, SensingSpec,
     StartSpec,
 };
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -74,6 +74,9 @@ pub struct Scenario {
     /// Number of episodes, each with its own random world; default 1.
     #[serde(default = "once")]
     pub episodes: Count,
+    /// Time from one decision to the next, s: 0.001 to 10; default 0.1. The world is the same whatever it is.
+    #[serde(default = "tenth_of_a_second")]
+    pub control_period_s: Period,
     /// The known map: drawn here, read from a file, or generated.
     pub map: MapSpec,
     /// Where the robot starts; by default a random free cell, heading for the goal.
@@ -119,6 +122,10 @@ pub struct Scenario {
     pub sweep: Sweep,
 }
 
+fn tenth_of_a_second() -> Period {
+    Period::new(DT_S)
+}
+
 fn one() -> u64 {
     1
 }
@@ -156,7 +163,7 @@ impl Scenario {
 
     /// The JSON Schema of scenario files, for editors.
     pub fn schema() -> &'static serde_json::Value {
-        static SCHEMA: LazyLock<serde_json::Value> = 
+        static SCHEMA: LazyLock<serde_json::Value> =
             LazyLock::new(|| schema::named_by_path(schemars::schema_for!(Scenario).to_value()));
         &SCHEMA
     }

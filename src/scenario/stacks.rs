@@ -4,7 +4,8 @@ use super::{KeyPath, Name, Step};
 use crate::plan::global::GlobalChoice;
 use crate::plan::local::LocalChoice;
 use crate::plan::path::PathChoice;
-use crate::plan::stack::{Caps, Replan, StackSpec};
+use crate::plan::stack::{Caps, Replan, StackSpec, SubGoals};
+use crate::settings::quantity::{NonNegative, Positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Error, MapAccess, SeqAccess, Visitor};
@@ -35,6 +36,15 @@ pub struct Product {
     /// When to plan again; by default what `planning.replan` says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub replan: Option<Replan>,
+    /// Which point of the path to steer for; by default what `planning.sub_goals` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sub_goals: Option<SubGoals>,
+    /// Highest forward speed that the planners may use, m/s; by default, and at most, that of `limits`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_max_mps: Option<Positive>,
+    /// Highest reverse speed that the planners may use, m/s; by default, and at most, that of `limits`. 0 forbids reversing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reverse_speed_max_mps: Option<NonNegative>,
 }
 
 fn untreated() -> Vec<Vec<PathChoice>> {
@@ -58,26 +68,38 @@ pub struct Listed {
     /// When to plan again; by default what `planning.replan` says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub replan: Option<Replan>,
+    /// Which point of the path to steer for; by default what `planning.sub_goals` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sub_goals: Option<SubGoals>,
+    /// Highest forward speed that the planners may use, m/s; by default, and at most, that of `limits`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_max_mps: Option<Positive>,
+    /// Highest reverse speed that the planners may use, m/s; by default, and at most, that of `limits`. 0 forbids reversing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reverse_speed_max_mps: Option<NonNegative>,
 }
 
 impl Stacks {
     /// Every stack, in the order of rows in results.
     pub fn specs(&self) -> Vec<StackSpec> {
         match self {
-            Self::Product(Product { global, path, local, replan }) => {
+            Self::Product(product) => {
+                let Product { global, path, local, .. } = product;
+                let rules = Rules::of_product(product);
                 let mut specs = Vec::new();
                 for global in global {
                     for path in path {
                         for local in local {
-                            specs.push(spec(None, global, path, local, replan));
+                            specs.push(spec(None, global, path, local, &rules));
                         }
                     }
                 }
                 specs
             }
-            Self::List(stacks) => {
-                stacks.iter().map(|s| spec(s.name.as_ref(), &s.global, &s.path, &s.local, &s.replan)).collect()
-            }
+            Self::List(stacks) => stacks
+                .iter()
+                .map(|s| spec(s.name.as_ref(), &s.global, &s.path, &s.local, &Rules::of_listed(s)))
+                .collect(),
         }
     }
 }
@@ -107,21 +129,34 @@ impl Stacks {
     }
 }
 
-fn spec(
-    name: Option<&Name>,
-    global: &Global,
-    path: &[PathChoice],
-    local: &LocalChoice,
-    replan: &Option<Replan>,
-) -> StackSpec {
+/// What a stack may say beside its planners.
+struct Rules {
+    replan: Option<Replan>,
+    sub_goals: Option<SubGoals>,
+    caps: Caps,
+}
+
+impl Rules {
+    fn of_product(product: &Product) -> Self {
+        let Product { replan, sub_goals, speed_max_mps, reverse_speed_max_mps, .. } = product.clone();
+        Self { replan, sub_goals, caps: Caps { speed_max_mps, reverse_speed_max_mps } }
+    }
+
+    fn of_listed(listed: &Listed) -> Self {
+        let Listed { replan, sub_goals, speed_max_mps, reverse_speed_max_mps, .. } = listed.clone();
+        Self { replan, sub_goals, caps: Caps { speed_max_mps, reverse_speed_max_mps } }
+    }
+}
+
+fn spec(name: Option<&Name>, global: &Global, path: &[PathChoice], local: &LocalChoice, rules: &Rules) -> StackSpec {
     let mut spec = StackSpec {
         name: String::new(),
         global: global.0.clone(),
         path: path.to_vec(),
         local: local.clone(),
-        replan: replan.clone(),
-        sub_goals: None,
-        caps: Caps::default(),
+        replan: rules.replan.clone(),
+        sub_goals: rules.sub_goals.clone(),
+        caps: rules.caps,
     };
     spec.name = name.map_or_else(|| spec.default_name(), |name| name.as_str().to_owned());
     spec

@@ -4,7 +4,7 @@ use super::DT_S;
 use super::drive::ActuationSpec;
 use super::sense::{LocalisationSpec, SensingSpec};
 use crate::rng::EpisodeSeed;
-use crate::settings::quantity::Positive;
+use crate::settings::quantity::Period;
 
 /// How the robot perceives and obeys in one episode. The default is a perfect robot that senses 5 m around itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,7 +12,7 @@ pub struct Conditions {
     /// Source of the episode's noise.
     pub seed: EpisodeSeed,
     /// Control period, s: how long a tick lasts. Default: 0.1.
-    pub control_period_s: Positive,
+    pub control_period_s: Period,
     /// What it senses of its surroundings (scenario key `sensing`).
     pub sensing: SensingSpec,
     /// How well it knows where it is (scenario key `localisation`).
@@ -25,7 +25,7 @@ impl Default for Conditions {
     fn default() -> Self {
         Self {
             seed: EpisodeSeed::default(),
-            control_period_s: Positive::new(DT_S),
+            control_period_s: Period::new(DT_S),
             sensing: SensingSpec::default(),
             localisation: LocalisationSpec::default(),
             actuation: ActuationSpec::default(),

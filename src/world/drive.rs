@@ -110,10 +110,10 @@ mod tests {
     fn robot() -> Robot {
         Robot {
             speed_max_mps: 5.0,
-            acceleration_mps2: 1e3,
-            deceleration_mps2: 1e3,
+            acceleration_max_mps2: 1e3,
+            deceleration_max_mps2: 1e3,
             yaw_rate_max_radps: 20.0,
-            yaw_acceleration_radps2: 1e4,
+            yaw_acceleration_max_radps2: 1e4,
             track_width_m: 0.5,
             wheel_speed_max_mps: 100.0,
             ..Robot::default()

@@ -26,12 +26,12 @@ fn hall(cols: i32, rows: i32) -> Scene {
 /// A robot whose drive reaches any command at once.
 fn nimble() -> Robot {
     Robot {
-        speed_min_mps: -5.0,
+        reverse_speed_max_mps: 5.0,
         speed_max_mps: 5.0,
-        acceleration_mps2: 1e3,
-        deceleration_mps2: 1e3,
+        acceleration_max_mps2: 1e3,
+        deceleration_max_mps2: 1e3,
         yaw_rate_max_radps: 20.0,
-        yaw_acceleration_radps2: 1e4,
+        yaw_acceleration_max_radps2: 1e4,
         ..Robot::default()
     }
 }

@@ -37,7 +37,7 @@
 use super::LocalKind;
 use super::window::params::window_params;
 use super::window::{DynamicWindow, Score};
-use crate::plan::contract::{Decision, Entry, Failure, Guidance, LocalPlanner, Situation, State};
+use crate::plan::contract::{Decision, Entry, Failure, Fit, Guidance, LocalPlanner, Situation, State};
 use crate::settings::quantity::NonNegative;
 
 window_params! {
@@ -67,6 +67,10 @@ pub const ENTRY: Entry = Entry {
 impl LocalKind for Params {
     fn build(&self) -> Box<dyn LocalPlanner> {
         Box::new(Planner::new(self))
+    }
+
+    fn check(&self, fit: &Fit<'_>) -> Result<(), String> {
+        DynamicWindow::check(&self.window(), fit)
     }
 }
 
@@ -197,10 +201,10 @@ mod tests {
     fn gao() -> Robot {
         Robot {
             radius_m: 0.15,
-            acceleration_mps2: 0.2,
-            deceleration_mps2: 0.2,
+            acceleration_max_mps2: 0.2,
+            deceleration_max_mps2: 0.2,
             yaw_rate_max_radps: 0.6,
-            yaw_acceleration_radps2: 0.3,
+            yaw_acceleration_max_radps2: 0.3,
             ..Robot::default()
         }
     }

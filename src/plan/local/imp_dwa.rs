@@ -31,7 +31,7 @@ use super::LocalKind;
 use super::window::params::window_params;
 use super::window::{DynamicWindow, Score};
 use crate::math;
-use crate::plan::contract::{Decision, Entry, Failure, Guidance, LocalPlanner, Situation, State};
+use crate::plan::contract::{Decision, Entry, Failure, Fit, Guidance, LocalPlanner, Situation, State};
 use crate::settings::quantity::NonNegative;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -106,6 +106,10 @@ pub const ENTRY: Entry = Entry {
 impl LocalKind for Params {
     fn build(&self) -> Box<dyn LocalPlanner> {
         Box::new(Planner::new(self))
+    }
+
+    fn check(&self, fit: &Fit<'_>) -> Result<(), String> {
+        DynamicWindow::check(&self.window(), fit)
     }
 }
 

@@ -42,7 +42,7 @@ impl LocalChoice {
 
 /// Yaw rate for turning in place by `bearing` rad, rad/s: as fast as the limits allow without overshooting within the tick.
 fn turn_in_place(bearing: f64, robot: &Robot, dt_s: f64) -> f64 {
-    let stoppable = (2.0 * robot.yaw_acceleration_radps2 * bearing.abs()).sqrt();
+    let stoppable = (2.0 * robot.yaw_acceleration_max_radps2 * bearing.abs()).sqrt();
     let rate = math::min(robot.yaw_rate_max_radps, math::min(stoppable, bearing.abs() / dt_s));
     if bearing < 0.0 { -rate } else { rate }
 }

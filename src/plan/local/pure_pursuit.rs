@@ -80,7 +80,7 @@ impl LocalPlanner for Planner {
         let Situation { pose, twist, robot, dt_s, .. } = *situation;
         let (point, left_m) = look_ahead(guidance.path, guidance.progress_m, pose.position, self.lookahead_m);
         let bearing = pose.bearing_to(point);
-        let is_rolling = twist.v.abs() > robot.deceleration_mps2 * dt_s;
+        let is_rolling = twist.v.abs() > robot.deceleration_max_mps2 * dt_s;
         let command = if is_rolling && bearing.abs() > math::FRAC_PI_2 {
             Twist::ZERO
         } else if !is_rolling && bearing.abs() > ALIGNED_RAD {
@@ -136,7 +136,7 @@ fn curvature(pose: Pose, point: Vec2) -> f64 {
 
 /// Along the curvature, within the limits, able to stop in `left_m`.
 fn follow(curvature: f64, left_m: f64, twist: Twist, robot: &Robot, dt_s: f64) -> Twist {
-    let deceleration = robot.deceleration_mps2;
+    let deceleration = robot.deceleration_max_mps2;
     // Driving v for this tick and a_dec·dt less in each that follows takes v²/2a + v·dt/2, where v is a whole
     // number of such steps, and at most a·dt²/8 more (under a millimetre) where it is not.
     let half_tick = 0.5 * dt_s;

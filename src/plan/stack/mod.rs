@@ -73,7 +73,7 @@ impl Caps {
                 capped.speed_max_mps = math::min(robot.speed_max_mps, speed.get());
             }
             if let Some(speed) = reverse_speed_max_mps {
-                capped.speed_min_mps = math::max(robot.speed_min_mps, 0.0 - speed.get());
+                capped.reverse_speed_max_mps = math::min(robot.reverse_speed_max_mps, speed.get());
             }
             capped
         })

@@ -22,12 +22,12 @@ const SAMPLES: u32 = 200;
 fn nimble(radius_m: f64) -> Robot {
     Robot {
         radius_m,
-        speed_min_mps: -5.0,
+        reverse_speed_max_mps: 5.0,
         speed_max_mps: 5.0,
-        acceleration_mps2: 1e3,
-        deceleration_mps2: 1e3,
+        acceleration_max_mps2: 1e3,
+        deceleration_max_mps2: 1e3,
         yaw_rate_max_radps: 20.0,
-        yaw_acceleration_radps2: 1e4,
+        yaw_acceleration_max_radps2: 1e4,
         ..Robot::default()
     }
 }
@@ -607,7 +607,7 @@ fn a_command_that_is_not_a_number_is_a_bug_of_the_caller() {
 
 #[test]
 fn movers_and_the_script_go_by_time_at_any_control_period() {
-    use crate::settings::quantity::Positive;
+    use crate::settings::quantity::Period;
     use crate::world::{Change, Event, Irregular, Patrol};
 
     let mut scene = empty_scene(14, 10, Pose::new(1.0, 1.0, 0.0));
@@ -630,7 +630,7 @@ fn movers_and_the_script_go_by_time_at_any_control_period() {
     let robot = nimble(0.25);
     // Where the movers are after every second of half a minute.
     let places = |ticks_per_s: u32| -> Vec<Vec<Vec2>> {
-        let control_period_s = Positive::new(1.0 / f64::from(ticks_per_s));
+        let control_period_s = Period::new(1.0 / f64::from(ticks_per_s));
         let mut world = World::new(&scene, &robot, &Conditions { control_period_s, ..Conditions::default() });
         let mut second = |_| {
             for _ in 0..ticks_per_s {
@@ -653,11 +653,11 @@ fn movers_and_the_script_go_by_time_at_any_control_period() {
 
 #[test]
 fn a_drive_covers_its_way_at_any_control_period() {
-    use crate::settings::quantity::Positive;
+    use crate::settings::quantity::Period;
 
     let (robot, scene) = (nimble(0.25), empty_scene(20, 20, Pose::new(3.0, 10.0, 0.0)));
     for period_s in [0.01, 0.1, 0.5] {
-        let control_period_s = Positive::new(period_s);
+        let control_period_s = Period::new(period_s);
         let mut world = World::new(&scene, &robot, &Conditions { control_period_s, ..Conditions::default() });
         for _ in 0..(5.0 / period_s).round() as u32 {
             assert_eq!(world.step(Twist { v: 1.2, omega: 0.0 }).contact, None);

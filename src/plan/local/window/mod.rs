@@ -44,7 +44,7 @@ pub(crate) use terms::Terms;
 use crate::geometry::convex::{Polygon, turned};
 use crate::geometry::{Pose, Twist, Vec2, direction};
 use crate::math;
-use crate::plan::contract::{Decision, Notes, Situation, State};
+use crate::plan::contract::{Decision, Fit, Notes, Situation, State};
 use lanes::{LANES, Lane, Lanes, Plain, Width};
 use patch::{Anchor, Patch};
 use rollout::{Block, Disc, Field, Part, Passing, Track};
@@ -88,6 +88,25 @@ impl DynamicWindow {
             carried: Vec::new(),
             turnings: Vec::new(),
         }
+    }
+
+    /// Whether a window with these settings fits a map and a robot.
+    ///
+    /// # Errors
+    /// What is too large, in numbers.
+    pub fn check(settings: &Settings, fit: &Fit<'_>) -> Result<(), String> {
+        let (robot, horizon_s) = (fit.robot, settings.horizon_s);
+        let speed = math::max(robot.speed_max_mps, robot.reverse_speed_max_mps);
+        let steps = (horizon_s / fit.dt_s).round().max(1.0);
+        let reach_m = speed * steps * fit.dt_s + robot.footprint.as_ref().map_or(0.0, Polygon::circumradius_m);
+        let pitch_m = patch::pitch_m(fit.map);
+        if patch::is_coverable(reach_m, pitch_m) {
+            return Ok(());
+        }
+        let cell_m = fit.map.resolution_m();
+        Err(format!(
+            "speed times horizon is too long for this map's cells: {speed} m/s for {horizon_s} s with cells of {cell_m} m"
+        ))
     }
 
     /// Forgets the map: to be called before each episode.
@@ -140,11 +159,11 @@ impl DynamicWindow {
         };
         let turns_in_time = match self.settings.braking_turn {
             BrakingTurn::Off => true,
-            BrakingTurn::Printed => omega * omega <= 2.0 * around * robot.yaw_acceleration_radps2,
+            BrakingTurn::Printed => omega * omega <= 2.0 * around * robot.yaw_acceleration_max_radps2,
             // ω² ≤ 2 (dist |ω|/|v|) α, multiplied out.
-            BrakingTurn::Arc => (omega * v).abs() <= 2.0 * around * robot.yaw_acceleration_radps2,
+            BrakingTurn::Arc => (omega * v).abs() <= 2.0 * around * robot.yaw_acceleration_max_radps2,
         };
-        v * v <= 2.0 * ahead * robot.deceleration_mps2 && turns_in_time
+        v * v <= 2.0 * ahead * robot.deceleration_max_mps2 && turns_in_time
     }
 
     /// The decision for the `best` rollout of this tick, or, where none is admissible, what [`Self::recover`] advises on
@@ -188,7 +207,7 @@ impl DynamicWindow {
         self.rollouts.statics.clear();
         self.rollouts.movers.clear();
 
-        let mut speed = math::max(robot.speed_max_mps, -robot.speed_min_mps);
+        let mut speed = math::max(robot.speed_max_mps, robot.reverse_speed_max_mps);
         for twist in &self.rollouts.twists {
             speed = math::max(speed, twist.v.abs());
         }
@@ -258,14 +277,14 @@ impl DynamicWindow {
         if self.settings.braking_distance == BrakingDistance::Arc {
             return cap_m;
         }
-        let speed = math::max(robot.speed_max_mps, -robot.speed_min_mps);
-        let ahead = speed * speed / (2.0 * robot.deceleration_mps2);
+        let speed = math::max(robot.speed_max_mps, robot.reverse_speed_max_mps);
+        let ahead = speed * speed / (2.0 * robot.deceleration_max_mps2);
         let around = match self.settings.braking_turn {
             BrakingTurn::Off => 0.0,
             BrakingTurn::Printed => {
-                robot.yaw_rate_max_radps * robot.yaw_rate_max_radps / (2.0 * robot.yaw_acceleration_radps2)
+                robot.yaw_rate_max_radps * robot.yaw_rate_max_radps / (2.0 * robot.yaw_acceleration_max_radps2)
             }
-            BrakingTurn::Arc => speed * robot.yaw_rate_max_radps / (2.0 * robot.yaw_acceleration_radps2),
+            BrakingTurn::Arc => speed * robot.yaw_rate_max_radps / (2.0 * robot.yaw_acceleration_max_radps2),
         };
         let braking = math::max(ahead, around);
         let braking = self.settings.braking_clip_m.map_or(braking, |clip| math::min(braking, clip));

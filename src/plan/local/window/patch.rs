@@ -118,7 +118,7 @@ impl Patch {
             let half = half + (SLACK_M / pitch_m).ceil() as i64;
             self.first = [cell[0] - half, cell[1] - half];
             self.size = [2 * half as usize + 1; 2];
-            assert!(self.size[0] * self.size[1] <= NODES_MAX, "speed times horizon is too long for this map's cells");
+            assert!(is_coverable(reach_m, pitch_m), "speed times horizon is too long for this map's cells");
             self.build.run(grid, self.first, self.size, cap, &mut self.forms);
             self.key = Some(key);
         }
@@ -261,6 +261,13 @@ impl Build {
             }
         }
     }
+}
+
+/// Whether a patch can reach `reach_m` every way at this pitch.
+pub(super) fn is_coverable(reach_m: f64, pitch_m: f64) -> bool {
+    let half = (reach_m / pitch_m).ceil() + 1.0 + (SLACK_M / pitch_m).ceil();
+    let side = 2.0 * half + 1.0;
+    side * side <= NODES_MAX as f64
 }
 
 #[cfg(test)]

@@ -33,7 +33,7 @@ impl DynamicWindow {
         let bearing = situation.pose.bearing_to(target);
         let wanted = turn_in_place(bearing, robot, dt_s);
 
-        let lost_per_tick = robot.deceleration_mps2 * dt_s;
+        let lost_per_tick = robot.deceleration_max_mps2 * dt_s;
         let speed = twist.v.abs();
         self.profile.clear();
         for step in 1..=self.horizon_steps(situation) {

@@ -30,16 +30,16 @@ impl Window {
     /// twist), an axis shrinks to the one value that the drive will reach.
     pub fn reachable(robot: &Robot, twist: Twist, dt_s: f64) -> Self {
         let (up, down) = if twist.v >= 0.0 {
-            (robot.acceleration_mps2, robot.deceleration_mps2)
+            (robot.acceleration_max_mps2, robot.deceleration_max_mps2)
         } else {
-            (robot.deceleration_mps2, robot.acceleration_mps2)
+            (robot.deceleration_max_mps2, robot.acceleration_max_mps2)
         };
         let (v_first, v_last) = (twist.v - down * dt_s, twist.v + up * dt_s);
-        let turn = robot.yaw_acceleration_radps2 * dt_s;
+        let turn = robot.yaw_acceleration_max_radps2 * dt_s;
         let (omega_first, omega_last) = (twist.omega - turn, twist.omega + turn);
         let yaw_rate = robot.yaw_rate_max_radps;
         Self {
-            v_low: math::clamp(robot.speed_min_mps, v_first, v_last),
+            v_low: math::clamp(robot.speed_min_mps(), v_first, v_last),
             v_high: math::clamp(robot.speed_max_mps, v_first, v_last),
             omega_low: math::clamp(-yaw_rate, omega_first, omega_last),
             omega_high: math::clamp(yaw_rate, omega_first, omega_last),
@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     fn robot() -> Robot {
-        Robot { deceleration_mps2: 1.0, ..Robot::default() } // 1 m/s, 0.5 and 1 m/s², 1 rad/s, 2 rad/s²
+        Robot { deceleration_max_mps2: 1.0, ..Robot::default() } // 1 m/s, 0.5 and 1 m/s², 1 rad/s, 2 rad/s²
     }
 
     fn close(a: f64, b: f64) -> bool {
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn the_window_reaches_exactly_what_the_drive_reaches() {
-        let robot = Robot { speed_min_mps: -0.3, ..robot() };
+        let robot = Robot { reverse_speed_max_mps: 0.3, ..robot() };
         for v in [-0.4, -0.3, -0.02, 0.0, 0.04, 0.97, 1.0, 1.3] {
             for omega in [-1.4, -1.0, 0.0, 0.9, 1.1] {
                 let twist = Twist { v, omega };

@@ -53,8 +53,8 @@ impl Terms<'_> {
                 // One tick, then an arc as long as the braking distance that turns as far as the braking of the yaw rate.
                 let (twist, robot) = (self.rollouts.twist(i), self.situation.robot);
                 let braking = Twist {
-                    v: twist.v * twist.v.abs() / (2.0 * robot.deceleration_mps2),
-                    omega: twist.omega * twist.omega.abs() / (2.0 * robot.yaw_acceleration_radps2),
+                    v: twist.v * twist.v.abs() / (2.0 * robot.deceleration_max_mps2),
+                    omega: twist.omega * twist.omega.abs() / (2.0 * robot.yaw_acceleration_max_radps2),
                 };
                 self.situation.pose.advance(twist, self.situation.dt_s).advance(braking, 1.0)
             }
