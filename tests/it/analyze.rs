@@ -186,7 +186,7 @@ fn a_baseline_finds_what_moved_and_what_got_worse() {
 fn a_table_of_an_older_header_is_analysed_and_its_missing_columns_are_said_once() {
     let old = Path::new("tests/data/episodes_header_1.csv");
     let (text, error, code) = analyze(&[], &[old]);
-    assert!(code == 0 && text.contains("a_star"), "{text}");
+    assert!(code == 0 && text.contains("dwa_predicting"), "{text}");
     assert_eq!(error.lines().count(), 1, "{error}");
     assert!(
         error.contains("episodes_header_1.csv: an older version wrote this table") && error.contains("contacts"),
