@@ -1,8 +1,8 @@
 //! Polynomial curves of the plane: the pieces of splines and of minimum-snap paths.
 //!
 //! A curve is x(u) = c₀ + c₁ u + … + c₇ u⁷ for u from 0 to 1. Arc length has no closed form; it is integrated by the five-point
-//! Gauss–Legendre rule on [`SPANS`] equal spans of u, once, and tabulated. All loops have a fixed number of rounds, so that
-//! the same curve gives the same bits everywhere.
+//! Gauss–Legendre rule on [`SPANS`] equal spans of u, once, and tabulated. All loops end by their own
+//! numbers alone, so that the same curve gives the same bits everywhere.
 
 use super::{Vec2, cross};
 use crate::math;
@@ -97,15 +97,19 @@ impl Curve {
         let (mut low, mut high) = (u_of(span), u_of(span + 1));
         // Newton's steps inside the span, halving where one would leave it.
         let mut u = 0.5 * (low + high);
-        for _ in 0..24 {
+        for _ in 0..50 {
             let excess = self.arc_m[span] + self.arc_between(u_of(span), u) - s_m;
             if excess > 0.0 {
-                high = u
+                high = u;
             } else {
-                low = u
+                low = u;
             }
             let stepped = u - excess / self.derivative(1, u).norm();
-            u = if stepped > low && stepped < high { stepped } else { 0.5 * (low + high) };
+            let next = if stepped >= low && stepped <= high { stepped } else { 0.5 * (low + high) };
+            if next == u {
+                break;
+            }
+            u = next;
         }
         if s_m <= 0.0 {
             0.0

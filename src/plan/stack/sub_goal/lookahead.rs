@@ -76,10 +76,10 @@ mod tests {
         assert_eq!((route.progress_m, route.sub_goal, route.previous_node), (2.0, v(4.0, 1.0), v(2.0, 0.0)));
         assert!(!route.is_last && route.next == 1);
         rule.advance(&mut route, v(4.0, 2.0), None);
-        assert_eq!((route.progress_m, route.sub_goal, route.is_last, route.next), (6.0, v(4.0, 4.0), true, 2));
+        assert_eq!((route.progress_m, route.sub_goal, route.is_last, route.next), (5.0, v(4.0, 4.0), true, 2)); // never beyond the sub-goal before
         // The robot has gone back; the progress has not.
         rule.advance(&mut route, v(4.0, 0.0), None);
-        assert_eq!(route.progress_m, 6.0);
+        assert_eq!(route.progress_m, 5.0);
     }
 
     #[test]
