@@ -4,8 +4,8 @@
 //! scenario.yaml ──► Scenario ──► map, world, stacks, seeds
 //!                                  │   one block = one world (an episode), driven by every stack
 //!                                  ▼
-//!     ┌──────────────────── episode: every tick of 0.1 s ───────────────────┐
-//!     │  world (rapier2d, the truth) ── Observation ──► stack ──► Twist      │
+//!     ┌──────────────────── episode: every control period ──────────────────┐
+//!     │  world (rapier2d, the truth) ── Situation ──► stack ──► Decision     │
 //!     │        ▲                         (the belief)   global × local │     │
 //!     │        └──────────── actuate, step, judge ◄────────────────────┘     │
 //!     └─────────────────────────────┬───────────────────────────────────────┘
@@ -14,9 +14,9 @@
 //! ```
 //!
 //! **Data flows one way**, and a module imports only from those above it in this order: [`math`], [`settings`], [`geometry`],
-//! [`rng`], [`clock`]; [`map`], [`robot`], [`observation`]; [`plan`]; [`world`]; [`trace`], [`episode`],
+//! [`digest`], [`rng`], [`clock`]; [`map`], [`robot`], [`observation`]; [`plan`]; [`world`]; [`trace`], [`episode`],
 //! [`metrics`]; [`scenario`]; [`analysis`], [`results`], [`experiment`], [`comparison`], [`mod@paper`]; [`report`], [`cli`]. Planners never see the world: they
-//! meet in [`episode`] alone, through an [`observation::Observation`] and a [`geometry::Twist`].
+//! meet in [`episode`] alone, through a [`plan::contract::Situation`] and a [`plan::contract::Decision`].
 //!
 //! **Frames and units.** SI throughout, angles in radians, x forward or east, y left or north, yaw counter-clockwise. Inside, positions
 //! are in the *grid frame*, whose origin is the map's lower left corner; scenario files, tables and traces use the map's own
@@ -31,7 +31,7 @@
 //! A world built in code, driven by planners of the registry:
 //!
 //! ```
-//! use simrun::episode::{Outcome, Runner, TerminationSpec};
+//! use simrun::episode::{Outcome, Runner, Setting, TerminationSpec};
 //! use simrun::map::OccupancyGrid;
 //! use simrun::plan::{global::GlobalChoice, local::LocalChoice, stack::Stack};
 //! use simrun::rng::EpisodeSeed;
@@ -46,8 +46,9 @@
 //!
 //! let (global, local) = (GlobalChoice::by_name("a_star")?, LocalChoice::by_name("dwa")?);
 //! let mut stack = Stack::new(Some(global.build()), Vec::new(), local.build());
-//! let mut runner = Runner::default();
-//! let outcome = runner.run(&scene, &robot, &Conditions::default(), &TerminationSpec::default(), &mut stack);
+//! let (conditions, termination) = (Conditions::default(), TerminationSpec::default());
+//! let setting = Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination };
+//! let outcome = Runner::default().run(setting, &mut stack);
 //! assert_eq!(outcome, Outcome::Success);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -130,7 +130,7 @@ fn a_tick_allocates_nothing_but_what_rapier_does() {
     let spec = SceneSpec { obstacles: serde_yaml::from_str(yaml).expect("valid"), ..SceneSpec::default() };
     let robot = Robot::default();
     let (mut ticks, mut seen, mut planned, mut rapier_in_all) = (0, 0, 0, 0);
-    for local in ["dwa", "imp_dwa", "pure_pursuit"] {
+    for &local in LocalChoice::NAMES {
         let counts = Arc::new(Mutex::new(Vec::with_capacity(20_000)));
         let inner = LocalChoice::by_name(local).expect("defaults").build();
         let watched = Watched { inner, counts: Arc::clone(&counts) };

@@ -7,6 +7,7 @@ mod bad_scenarios;
 mod cli;
 mod conditions;
 mod conformance;
+mod conformance_layers;
 mod convex;
 mod documents;
 mod episodes;

@@ -16,8 +16,8 @@
 //!   printed; they are dropped as well, whatever their clearance, for the path does not change by it.
 //! - Clearance is that from the blocked squares of the planning grid and the border, to 1e-9 m; with r = 0
 //!   it must not touch one. Pieces of the path that break it already stay as they are.
-//! - The nodes are those that the stage is given. A path of cells comes without those where it goes straight on,
-//!   so jumps begin and end at bends only.
+//! - The nodes are those that the stage is given: every cell of a path of cells, as in the paper, so that jumps may begin and
+//!   end between bends.
 //! - Arcs of a stage before are pieces like any other.
 //!
 //! [`line_of_sight`](super::line_of_sight) does one pass of greedy jumps instead, without asking whether a jump is shorter.

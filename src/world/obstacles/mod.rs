@@ -24,7 +24,7 @@ use unknown_static::{UnknownStatic, UnknownStaticChoice};
 pub struct ObstaclesSpec {
     /// Obstacles that stand still and are unknown until the robot senses them. Default: none.
     pub unknown_static: Vec<UnknownStaticChoice>,
-    /// Moving discs: straight on, erratic, on patrol, as recorded. Default: none.
+    /// Movers, discs or convex outlines: straight on, erratic, on patrol, as recorded. Default: none.
     pub moving: Vec<MovingChoice>,
 }
 

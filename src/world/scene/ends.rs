@@ -18,8 +18,8 @@ const MARGIN_M: f64 = 0.05;
 
 /// Where a disc of the clearance fits on the map with the given unknown statics.
 ///
-/// The clearance is the robot's radius and [`MARGIN_M`]; if a given start or goal lies in a cell where that does not fit, the
-/// footprint alone. A robot that starts and ends where it is told needs no room to turn there: its footprint then counts by
+/// The clearance is the robot's radius and [`MARGIN_M`]; if a given start or goal lies in a cell where that does not fit, or
+/// no way as wide leads from a given start to a given goal, the footprint alone. A robot that starts and ends where it is told needs no room to turn there: its footprint then counts by
 /// the inscribed radius. The cell of a given end counts as free even if only the given point, not its centre, is clear.
 pub(super) fn free_space<'a>(
     spec: &SceneSpec,
@@ -38,8 +38,15 @@ pub(super) fn free_space<'a>(
     };
     let given = [spec.start.given(grid).map(|(position, _)| position), spec.goal.given(grid)];
     let mut space = with_statics(robot.radius_m + MARGIN_M);
-    if given.iter().flatten().any(|&p| !space.passable()[grid.index(grid.cell_at(p))]) {
-        let both = given.iter().all(Option::is_some);
+    let both = given.iter().all(Option::is_some);
+    let mut cells = given.iter().flatten().map(|&p| grid.index(grid.cell_at(p)));
+    let fits = cells.clone().all(|cell| space.passable()[cell]);
+    let is_way = || {
+        let parts = space.components();
+        let first = cells.next().map(|cell| parts.labels()[cell]);
+        cells.all(|cell| Some(parts.labels()[cell]) == first)
+    };
+    if !fits || both && !is_way() {
         space = with_statics(if both { robot.inscribed_radius_m() } else { robot.radius_m });
     }
     for p in given.into_iter().flatten() {
