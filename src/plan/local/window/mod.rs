@@ -443,8 +443,8 @@ fn free_m(situation: &Situation<'_>) -> f64 {
     situation.belief.field().distance_m(cell) - (grid.centre(cell) - position).norm()
 }
 
-/// Squared distance (units of pitch²) below which a disc of the robot about `centre` (relative to the robot's) counts as
-/// touching a static: the squared radius, or, if the disc is believed to be nearer already, slightly less than its distance now.
+/// Squared distance (units of pitch²) at or below which a disc of the robot about `centre` (relative to the robot's) counts
+/// as touching a static: the squared radius, or, if the disc is believed to be nearer already, slightly less than its distance.
 fn touching(patch: &Patch, at: &Anchor, centre: [f32; 2], radius_squared: f32) -> f32 {
     /// Room for turning and for the first step from rest, in pitch².
     const SLACK: f32 = 1e-3;
