@@ -87,14 +87,14 @@ pub struct Runner {
     pub record: Record,
 }
 
-/// What is known of an episode afterwards.
+/// Trace and timings of an episode.
 #[derive(Debug, Default)]
 pub struct Record {
-    /// What happened.
+    /// Trace of the drive.
     pub trace: Trace,
-    /// What was sensed and believed, where that is recorded.
+    /// Sensed obstacles and beliefs, if they are recorded.
     pub detail: Option<Detail>,
-    /// How long it took.
+    /// Wall times of the episode.
     pub timings: Timings,
 }
 
@@ -107,11 +107,11 @@ pub struct Recording {
     pub robot: Robot,
     /// Control period, s.
     pub dt_s: f64,
-    /// How it ended.
+    /// Outcome of the episode.
     pub outcome: Outcome,
-    /// What happened; it holds the paths with the tick at which each came into force, the scans, states and numbers.
+    /// Trace of the drive: among others the paths with the tick at which each came into force, the scans, states and notes.
     pub trace: Trace,
-    /// What was sensed and believed.
+    /// Sensed obstacles and beliefs.
     pub detail: Detail,
 }
 
@@ -124,7 +124,7 @@ pub struct Setting<'a> {
     pub robot: &'a Robot,
     /// Seed, sensing, localisation and actuation.
     pub conditions: &'a Conditions,
-    /// When it ends.
+    /// Conditions under which the episode ends.
     pub termination: &'a TerminationSpec,
 }
 
@@ -230,9 +230,9 @@ impl Runner {
     }
 }
 
-/// Watches whether the robot comes forward.
+/// Watches whether the robot makes progress.
 struct StuckWatch {
-    /// Where and when it last counted as moving.
+    /// Position and tick at which it last counted as moving.
     anchor: (Vec2, u32),
     radius_m: f64,
     ticks: u32,

@@ -1,4 +1,4 @@
-//! What a robot can know of its world: the map as it believes it, the movers that it senses, what its scanner measured.
+//! The robot's knowledge of its world: the believed map, the sensed movers, the scan.
 
 use crate::geometry::outline::Outline;
 use crate::geometry::{Rect, Vec2};
@@ -12,7 +12,7 @@ use std::sync::Arc;
 #[serde(from = "BeliefBytes", into = "BeliefBytes")]
 pub struct Belief {
     known: (Arc<OccupancyGrid>, Arc<DistanceField>),
-    /// What is believed where that differs from the known map; kept for its memory where not.
+    /// The believed map once it differs from the known one; otherwise a buffer kept for reuse.
     own: Option<(OccupancyGrid, DistanceField)>,
     differs: bool,
     revision: u64,
@@ -26,7 +26,7 @@ impl Belief {
         Self { known, own: None, differs: false, revision: 0, added: Vec::new() }
     }
 
-    /// Forgets all that was seen, and begins with another known map. The memory is kept.
+    /// Forgets everything seen and begins with another known map. Buffers are reused.
     pub fn begin(&mut self, grid: &Arc<OccupancyGrid>, field: &Arc<DistanceField>) {
         self.known = (Arc::clone(grid), Arc::clone(field));
         self.differs = false;
@@ -34,7 +34,7 @@ impl Belief {
         self.added.clear();
     }
 
-    /// Marks every cell that `touches` says an obstacle touches, within `bounds` (grid frame).
+    /// Marks the cells within `bounds` (grid frame) that an obstacle touches according to `touches`.
     pub fn add(&mut self, bounds: Rect, touches: impl Fn(Rect) -> bool) {
         let grid = self.grid();
         let (first, last) = (grid.cell_at(bounds.min), grid.cell_at(bounds.max));
@@ -58,8 +58,8 @@ impl Belief {
         }
     }
 
-    /// Frees the cells within `bounds` (grid frame) that were added for an obstacle that touches what `touches` says, but for those
-    /// that `still_touched` claims for others.
+    /// Frees the added cells within `bounds` (grid frame) that the vanished obstacle touches (`touches`), except those that
+    /// another known obstacle still touches (`still_touched`).
     pub fn remove(&mut self, bounds: Rect, touches: impl Fn(Rect) -> bool, still_touched: impl Fn(Rect) -> bool) {
         let before = self.added.len();
         let mut added = core::mem::take(&mut self.added);
@@ -129,7 +129,7 @@ impl PartialEq for Belief {
     }
 }
 
-/// A belief as it is written: what follows from the rest is left out.
+/// A belief as it is written, without the parts that follow from the rest.
 #[derive(Serialize, Deserialize)]
 struct BeliefBytes {
     known: OccupancyGrid,
@@ -160,7 +160,7 @@ impl From<BeliefBytes> for Belief {
 }
 
 impl From<&OccupancyGrid> for Belief {
-    /// The belief before anything was seen, of a map whose distance field is worked out for it.
+    /// The belief before anything was seen, for a map whose distance field is computed here.
     fn from(grid: &OccupancyGrid) -> Self {
         Self::new(&Arc::new(grid.clone()), &Arc::new(DistanceField::new(grid)))
     }
@@ -169,7 +169,7 @@ impl From<&OccupancyGrid> for Belief {
 /// A moving obstacle as sensed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensedObstacle {
-    /// Which one it is: the same number for the same obstacle from tick to tick, that of the mover in the scene.
+    /// Number of the mover in the scene: the same from tick to tick.
     pub id: u32,
     /// Centre, grid frame, metres.
     pub position: Vec2,
@@ -191,12 +191,12 @@ impl SensedObstacle {
     }
 }
 
-/// What a scanner at the robot's centre measured. Ray i points at heading + `bearing_first_rad` + i `bearing_step_rad`.
+/// A scan from the robot's centre. Ray i points at heading + `bearing_first_rad` + i `bearing_step_rad`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scan<'a> {
     /// Bearing of ray 0, rad, counter-clockwise from the heading.
     pub bearing_first_rad: f64,
-    /// From one ray to the next, rad.
+    /// Step of the bearing from one ray to the next, rad.
     pub bearing_step_rad: f64,
     /// Distance along each ray, m; infinity where nothing came back.
     pub ranges_m: &'a [f64],

@@ -1,17 +1,17 @@
-//! How an episode ended: the one table of outcomes.
+//! Outcomes of episodes: their one table.
 
 use crate::world::ObstacleKind;
 
-/// What an outcome says beside its name; `None` for a part that it does not have.
+/// The parts of an outcome beside its name; `None` for a part that it does not have.
 ///
-/// All of it together is what results hold of an outcome, and [`Outcome::from_parts`] puts it together again.
+/// Results store the name and these parts; [`Outcome::from_parts`] makes the outcome from them again.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Parts<'a> {
-    /// With what the robot collided.
+    /// Kind of obstacle with which the robot collided.
     pub with: Option<&'a ObstacleKind>,
     /// Whether the robot stood still when it was hit.
     pub at_rest: Option<&'a bool>,
-    /// What went wrong, in words.
+    /// Message that says what went wrong.
     pub message: Option<&'a String>,
 }
 
@@ -39,12 +39,12 @@ macro_rules! outcomes {
                 match self { $(Self::$Variant { .. } => outcomes!(@$rated)),* }
             }
 
-            /// What it says beside its name.
+            /// The parts beside its name.
             pub fn parts(&self) -> Parts<'_> {
                 match self { $(Self::$Variant $({ $($part),* })? => Parts { $($($part: Some($part),)*)? ..Parts::default() }),* }
             }
 
-            /// The outcome of that name with those parts; `None` where there is no such name, or a part of it is missing.
+            /// The outcome of that name with those parts; `None` if the name is unknown or one of its parts is missing.
             pub fn from_parts(name: &str, parts: Parts<'_>) -> Option<Self> {
                 match name {
                     $($name => Some(Self::$Variant $({ $($part: parts.$part.cloned()?),* })?),)*

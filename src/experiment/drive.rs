@@ -13,7 +13,7 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-/// What one thread keeps from block to block: memory, never knowledge.
+/// Buffers that one thread reuses from block to block. No result depends on them.
 #[derive(Debug, Default)]
 pub struct Worker {
     runner: Runner,
@@ -21,7 +21,7 @@ pub struct Worker {
     stacks: Vec<Option<Stack>>,
 }
 
-/// One episode with all that a picture or a trace file needs.
+/// One episode with everything that a picture or a trace file needs.
 #[derive(Debug)]
 pub struct Drive {
     /// The row of `episodes.csv`.
@@ -31,7 +31,7 @@ pub struct Drive {
 }
 
 impl Experiment {
-    /// Drives every stack of a point through the world of one episode; each with its trace as a file in `traces` where given.
+    /// Drives every stack of a point through the world of one episode; writes the trace of each to the folder `traces` if given.
     ///
     /// # Errors
     /// If a trace cannot be written.
@@ -97,7 +97,7 @@ impl Experiment {
     /// The world of one episode at a point.
     ///
     /// # Errors
-    /// If none was found within the generator's bound.
+    /// If no feasible world was found within the generator's bound.
     pub fn scene(&self, point: u32, episode: u64) -> Result<Scene, Infeasible> {
         let setup = &self.points[point as usize];
         let (scenario, seed) = (&setup.scenario, setup.seed(episode));
@@ -132,8 +132,8 @@ impl Experiment {
         }
     }
 
-    /// Writes `e000017_a_star+dwa.csv`, with the point in front where there are several, and what a scanner measured
-    /// to `e000017_a_star+dwa.lidar.csv`.
+    /// Writes `e000017_a_star+dwa.csv`, and the scans to `e000017_a_star+dwa.lidar.csv`. In a sweep of several points the names
+    /// begin with the point.
     fn write_trace(&self, folder: &Path, row: &Row, scene: &Scene, trace: &Trace) -> Result<(), RunError> {
         let point = if self.swept.is_empty() { String::new() } else { format!("p{:04}_", row.point) };
         let stem = format!("{point}e{:06}_{}", row.episode, row.stack);
@@ -152,7 +152,7 @@ impl Experiment {
     }
 }
 
-/// What came of an episode; the digests are those of world and trace.
+/// Result of an episode, with the digests of world and trace.
 struct Measured {
     outcome: Outcome,
     metrics: Metrics,

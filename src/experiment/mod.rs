@@ -34,7 +34,7 @@ pub struct Experiment {
     base_dir: PathBuf,
 }
 
-/// What runs at one point of the sweep; a scenario without one is one point.
+/// The stacks that run at one point of the sweep; a scenario without a sweep is one point.
 #[derive(Debug)]
 struct Setup {
     /// The values of the swept keys.
@@ -53,7 +53,7 @@ struct StackHere {
     values: Vec<String>,
 }
 
-/// What all points share whose scenarios differ in their stacks alone.
+/// Data shared by all points whose scenarios differ in their stacks alone.
 #[derive(Debug)]
 struct Surroundings {
     scene_spec: SceneSpec,
@@ -61,21 +61,21 @@ struct Surroundings {
     fixed_map: Option<Arc<StaticMap>>,
 }
 
-/// Why an experiment cannot begin.
+/// Reason why an experiment cannot begin.
 #[derive(Debug, thiserror::Error)]
 pub enum PrepareError {
     /// The scenario is refused.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// The fixed map cannot be had.
+    /// The fixed map cannot be loaded.
     #[error(transparent)]
     Map(#[from] MapError),
-    /// Something that the scene needs cannot be had.
+    /// A file that the scene needs cannot be loaded.
     #[error(transparent)]
     Scene(#[from] SceneError),
 }
 
-/// Why a run ended before its work was done.
+/// Reason why a run ended before its work was done.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// The results could not be written.
@@ -86,7 +86,7 @@ pub enum RunError {
     Trace {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
 }
@@ -192,7 +192,7 @@ impl Experiment {
         &self.points[point as usize].values
     }
 
-    /// The stacks that run at a point, in the order of their rows; none where each has run in the same way at an earlier point.
+    /// The stacks that run at a point, in the order of their rows; empty if each has run in the same way at an earlier point.
     pub fn stacks(&self, point: u32) -> impl ExactSizeIterator<Item = &StackSpec> {
         self.points[point as usize].stacks.iter().map(|stack| &stack.spec)
     }
@@ -238,7 +238,7 @@ impl Experiment {
         Order::new(self.swept.clone(), points.collect(), u64::from(self.scenario.episodes.get()))
     }
 
-    /// What makes a run of this experiment the same run as another.
+    /// Identity of a run of this experiment: runs with the same identity have the same rows.
     ///
     /// # Errors
     /// If the program cannot read its own file.

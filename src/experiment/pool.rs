@@ -2,12 +2,12 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// As many threads as there are processors; 1 where that is unknown.
+/// Number of processors; 1 if it is unknown.
 pub fn threads_available() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// The answers of `work`, run on `threads` threads at once (at least on the caller's own), which comes first.
+/// The answers of `work`, run on `threads` threads at once, the caller's own included, whose answer comes first.
 ///
 /// # Panics
 /// If `work` does, after the other threads have ended.

@@ -1,4 +1,4 @@
-//! One run of an experiment: opened, driven, finished. What `run`, `reproduce` and `verify` share.
+//! One run of an experiment: opened, driven, finished. `run`, `reproduce` and `verify` share it.
 
 use super::pool::on_threads;
 use super::{Experiment, RunError, Worker};
@@ -16,13 +16,13 @@ impl<'e> Session<'e> {
     /// Opens the folder of results at `path`; see [`Journal::open`].
     ///
     /// # Errors
-    /// If the folder cannot be written, or holds what this experiment would not write.
+    /// If the folder cannot be written, or holds results that this experiment would not write.
     pub fn open(experiment: &'e Experiment, path: &Path, existing: Existing) -> Result<Self, ResultsError> {
         let journal = Journal::open(path, experiment.identity()?, experiment.order()?, existing)?;
         Ok(Self { experiment, journal })
     }
 
-    /// What was found when the folder was opened.
+    /// State of the folder when it was opened.
     pub fn opened(&self) -> Opened {
         self.journal.opened()
     }
@@ -37,11 +37,11 @@ impl<'e> Session<'e> {
         self.journal.blocks_done()
     }
 
-    /// Drives what is missing on `threads` threads; `after` is told of every finished block, from any thread. Traces are
-    /// written to `traces` where given.
+    /// Drives the missing blocks on `threads` threads; calls `after` once per finished block, from any thread. Traces are
+    /// written to `traces` if given.
     ///
     /// # Errors
-    /// If a row or a trace cannot be written. What was written before stays, and the same run goes on from there.
+    /// If a row or a trace cannot be written. Rows written before stay, and the same run goes on from there.
     pub fn run(&self, threads: usize, traces: Option<&Path>, after: impl Fn() + Sync) -> Result<(), RunError> {
         let work = || -> Result<(), RunError> {
             let mut worker = Worker::default();

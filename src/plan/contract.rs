@@ -18,7 +18,7 @@ use crate::rng::{EpisodeSeed, Purpose, Stream};
 use crate::robot::Robot;
 use serde::{Deserialize, Serialize};
 
-/// What a registry says of a planner or a path stage: where it comes from and what it can do.
+/// Registry entry of a planner or a path stage: its source and its capabilities.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Entry {
     /// One sentence: what it does and when to use it.
@@ -31,7 +31,7 @@ pub struct Entry {
     pub any_angle: bool,
     /// Whether it draws random numbers.
     pub random: bool,
-    /// Whether it heeds movers: as obstacles of the moment or as what will move on.
+    /// Whether it heeds movers, either as standing obstacles or with their predicted motion.
     pub reacts_to_movers: bool,
     /// The states that a local planner can be in; empty for the other layers.
     pub states: &'static [State],
@@ -69,7 +69,7 @@ impl Randomness {
         Self { seed, layer: 0, tick }
     }
 
-    /// Those of another layer at the same tick.
+    /// Random numbers of another layer at the same tick.
     pub(super) fn of_layer(self, layer: u64) -> Self {
         Self { layer, ..self }
     }
@@ -115,9 +115,9 @@ pub struct Situation<'a> {
     pub belief: &'a Belief,
     /// Moving obstacles in sensor range, in the order of the scenario.
     pub obstacles: &'a [SensedObstacle],
-    /// What the scanner measured, if the robot has one.
+    /// Ranges of the scanner, if the robot has one.
     pub scan: Option<Scan<'a>>,
-    /// Where the robot is to go.
+    /// Goal of the episode, grid frame, m.
     pub goal: Vec2,
     /// The planner's own random numbers.
     pub random: Randomness,
@@ -149,21 +149,21 @@ impl<'a> Situation<'a> {
     }
 }
 
-/// What a global planner or a path stage is asked.
+/// The question put to a global planner or a path stage.
 #[derive(Clone, Copy, Debug)]
 pub struct Task<'a> {
-    /// All that is known. Its `goal` is that of the episode; the task's may be another.
+    /// Everything that the planner may know. Its `goal` is the goal of the episode; the goal of the task may differ.
     pub situation: &'a Situation<'a>,
-    /// Where the robot's centre may be.
+    /// Cells in which the robot's centre may be.
     pub grid: &'a PlanningGrid,
-    /// Where the path is to begin.
+    /// First point of the path, grid frame, m.
     pub start: Vec2,
-    /// Where it is to end.
+    /// Last point of the path, grid frame, m.
     pub goal: Vec2,
 }
 
 impl<'a> Task<'a> {
-    /// The same question in cells.
+    /// The task with start and goal as cells.
     pub fn problem(&self) -> Problem<'a> {
         Problem { grid: self.grid, start: self.grid.cell_at(self.start), goal: self.grid.cell_at(self.goal) }
     }
@@ -172,11 +172,11 @@ impl<'a> Task<'a> {
 /// A task in cells, for planners that search the grid.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem<'a> {
-    /// Where the robot's centre may be.
+    /// Cells in which the robot's centre may be.
     pub grid: &'a PlanningGrid,
-    /// Where to start.
+    /// Start cell.
     pub start: Cell,
-    /// Where to go.
+    /// Goal cell.
     pub goal: Cell,
 }
 
@@ -196,7 +196,7 @@ impl Problem<'_> {
     }
 }
 
-/// Why there is no answer.
+/// Reason why a planner or a path stage has no answer.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
 pub enum Failure {
     /// The start is blocked or outside.
@@ -216,7 +216,7 @@ pub enum Failure {
     Fault(String),
 }
 
-/// What a search did.
+/// Work of one search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SearchEffort {
     /// Nodes popped and expanded, re-expansions included; the goal that ends the search is not expanded.
@@ -230,9 +230,9 @@ pub struct SearchEffort {
 pub struct Plan {
     /// From start to goal, every node included.
     pub path: Path,
-    /// What it took, also where there is no path.
+    /// Work of the search, counted on failure as well.
     pub effort: SearchEffort,
-    /// The cells of a path on the grid, start and goal included; empty where the planner knows none.
+    /// Cells of a path on the grid, start and goal included; empty if the planner does not work on cells.
     pub cells: Vec<Cell>,
 }
 
@@ -245,19 +245,19 @@ pub trait GlobalPlanner: Send {
     /// on failure too.
     ///
     /// # Errors
-    /// Why there is no path.
+    /// The reason why no path was found.
     fn plan(&mut self, task: &Task<'_>, plan: &mut Plan) -> Result<(), Failure>;
 
-    /// Forgets everything learnt: called before each episode.
+    /// Forgets everything learnt. Called before each episode.
     fn reset(&mut self) {}
 
-    /// The planner's own search in cells, where it is one on the grid.
+    /// The planner's own search in cells; `None` unless it searches the grid.
     fn as_grid(&mut self) -> Option<&mut dyn GridPlanner> {
         None
     }
 }
 
-/// What a search on the grid came to.
+/// Outcome and effort of a search on the grid.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Search {
     /// Whether a path was found.
@@ -274,7 +274,7 @@ pub trait GridPlanner: Send {
     /// consecutive ones are neighbours, or for an any-angle planner in sight of each other. On failure `path` is empty.
     fn search(&mut self, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search;
 
-    /// Forgets everything learnt: called before each episode.
+    /// Forgets everything learnt. Called before each episode.
     fn reset(&mut self) {}
 }
 
@@ -301,19 +301,19 @@ pub trait PathStage: Send {
     /// The new path: same start, same end. It may have times and name its key nodes.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If no path satisfies the stage.
     fn apply(&mut self, task: &Task<'_>, path: &Path) -> Result<Path, Failure>;
 }
 
-/// What the global layer tells the local one.
+/// Input of the local layer from the global one.
 #[derive(Clone, Copy, Debug)]
 pub struct Guidance<'a> {
     /// The path in force, grid frame; a stand-alone local planner gets the straight line to the goal.
     pub path: &'a Path,
-    /// Arc length of the point of `path` that the robot has come to, m; falls on one path on [`Request::GoBack`] alone.
+    /// Progress of the robot: arc length along `path`, m. On one path it decreases on [`Request::GoBack`] only.
     pub progress_m: f64,
-    /// Where the leg to the sub-goal begins: with the rule `key_nodes` the key node before it, with `lookahead` the point of the
-    /// path that the robot has come to.
+    /// Start of the leg to the sub-goal: with the rule `key_nodes` the key node before the sub-goal, with `lookahead` the point
+    /// of the path at `progress_m`.
     pub previous_node: Vec2,
     /// The point to steer for.
     pub sub_goal: Vec2,
@@ -342,13 +342,13 @@ impl<'a> Guidance<'a> {
         }
     }
 
-    /// Where the path wants the robot `time_s` after its beginning; `None` where the path has no times.
+    /// Reference position `time_s` after the beginning of the path; `None` if the path has no times.
     pub fn reference(&self, time_s: f64) -> Option<Vec2> {
         self.path.point_at_time(time_s)
     }
 }
 
-/// What a state of a local planner is, for all that treat planners alike.
+/// Kind of a local planner's state, for code that treats all planners alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StateKind {
     /// Following or optimising as usual.
@@ -366,9 +366,9 @@ pub enum StateKind {
 /// A state of a local planner, by its own name; a column of the trace and rows of `states.csv`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct State {
-    /// The planner's own word for it, in snake case.
+    /// The planner's own name of the state, in snake case.
     pub name: &'static str,
-    /// What it is.
+    /// Kind of the state.
     pub kind: StateKind,
 }
 
@@ -388,12 +388,12 @@ pub struct Notes {
 }
 
 impl Notes {
-    /// How many there can be.
+    /// Largest number of values.
     pub const COUNT_MAX: usize = 12;
-    /// None.
+    /// No values.
     pub const NONE: Self = Self { values: [0.0; Self::COUNT_MAX], count: 0 };
 
-    /// These values.
+    /// Notes of the given values.
     ///
     /// # Panics
     /// If there are more than [`Self::COUNT_MAX`].
@@ -409,16 +409,16 @@ impl Notes {
     }
 }
 
-/// What a local planner asks of the stack. It takes effect at the next tick.
+/// A request of the local planner to the stack. It takes effect at the next tick.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Request {
-    /// A new path, from the robot, or from a point of the old path that the robot is to reach first: what lies before that point
+    /// A new path, from the robot or from a point of the old path that the robot is to reach first; the old path up to that point
     /// is kept.
     NewPath {
         /// Arc length on the path in force from which to plan, m; the robot's own position where absent.
         from_m: Option<f64>,
     },
-    /// Progress goes back to this arc length of the path in force, m, and the sub-goal with it.
+    /// Sets the progress, and with it the sub-goal, back to an earlier point of the path in force.
     GoBack {
         /// Arc length to go back to, m.
         to_m: f64,
@@ -430,17 +430,17 @@ pub enum Request {
 /// The answer of a local planner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
-    /// What to drive.
+    /// Commanded twist.
     pub command: Twist,
-    /// What the planner is doing.
+    /// State of the planner.
     pub state: State,
     /// Candidate trajectories simulated for this decision.
     pub rollouts: u64,
-    /// Poses simulated in all of them: what a decision costs where a scenario charges for it.
+    /// Poses simulated in all of them; a scenario may charge simulated time for each.
     pub rollout_points: u64,
     /// The planner's own numbers.
     pub notes: Notes,
-    /// What it asks of the stack.
+    /// Request to the stack, if any.
     pub request: Option<Request>,
 }
 
@@ -462,20 +462,20 @@ pub trait LocalPlanner: Send {
     /// The command for this tick.
     ///
     /// # Errors
-    /// Where there is none: the episode ends as `planner_error`.
+    /// If the planner has no command: the episode ends as `planner_error`.
     fn decide(&mut self, situation: &Situation<'_>, guidance: &Guidance<'_>) -> Result<Decision, Failure>;
 
-    /// The states and the names of the numbers that its decisions have.
+    /// Registry entry of the planner: the states and notes that its decisions may have.
     fn entry(&self) -> &'static Entry {
         const OUTSIDE: Entry = Entry { states: &[State::TRACK, State::RECOVER], ..Entry::PLAIN };
         &OUTSIDE
     }
 
-    /// Forgets everything: called before each episode.
+    /// Forgets everything. Called before each episode.
     fn reset(&mut self) {}
 }
 
-/// What parameters are checked against before the first tick.
+/// Map, robot and control period against which parameters are checked before the first tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Fit<'a> {
     /// The known map.

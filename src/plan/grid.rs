@@ -1,4 +1,4 @@
-//! The planning grid: where the centre of the robot may be, and who sees whom.
+//! The planning grid: cells in which the centre of the robot may be, and lines of sight between them.
 //!
 //! One byte per cell in a flat row-major array with a border of one blocked cell all around, so
 //! that neither searches nor lines of sight ever test for the edge of the map. A second byte says which
@@ -8,7 +8,7 @@ use crate::geometry::{Rect, Vec2, point_segment_distance};
 use crate::map::{Cell, DistanceField, OccupancyGrid, SIDE_MAX};
 use crate::math;
 
-/// What a cell of the planning grid allows.
+/// Passability of a cell of the planning grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passability {
     /// Never enterable.
@@ -25,10 +25,10 @@ pub(super) const BLOCKED: u8 = 0;
 pub(super) const PASSABLE: u8 = 0b001;
 /// Bit of a cell of an escape zone, beside [`PASSABLE`].
 pub(super) const ESCAPE: u8 = 0b010;
-/// Mark of a cell that [`PlanningGrid::open_around`] is about to open; not passable, never left behind.
+/// Mark of a cell that [`PlanningGrid::open_around`] is about to open; not passable, and cleared before it returns.
 const OPENING: u8 = 0b100;
 
-/// How many times a step from or to a cell of an escape zone costs its plain cost.
+/// Cost multiplier of a step from or to a cell of an escape zone.
 pub const ESCAPE_FACTOR: u32 = 10;
 
 /// Points are rounded to this fraction of a cell before their sight is computed in integers.
@@ -45,7 +45,7 @@ const ROW_BITS: u32 = 44;
 /// Slack of comparisons between distances, m: what rounding may take from an exact clearance.
 const DISTANCE_SLACK_M: f64 = 1e-9;
 
-/// Where the centre of the robot may be, cell by cell, with a blocked border around.
+/// Cells in which the centre of the robot may be, with a blocked border around the map.
 #[derive(Clone, Debug, Default)]
 pub struct PlanningGrid {
     cols: i32,
@@ -57,7 +57,7 @@ pub struct PlanningGrid {
     around: Vec<u8>,
     /// 2^[`ROW_BITS`] / stride, rounded up.
     row_factor: u64,
-    /// The last escape zone opened; empty where there is none. Kept for its memory.
+    /// Cells of the last escape zone opened, in a buffer that is reused.
     zone: Vec<u32>,
 }
 
@@ -73,7 +73,7 @@ impl PlanningGrid {
         planning
     }
 
-    /// The same in place, keeping the memory. Escape zones are closed again.
+    /// Builds the grid anew as [`Self::new`] does, reusing the memory. Escape zones are closed again.
     ///
     /// # Panics
     /// If a side is longer than [`SIDE_MAX`] cells.
@@ -198,7 +198,7 @@ impl PlanningGrid {
         self.resolution_m
     }
 
-    /// What a cell allows; outside is blocked.
+    /// Passability of a cell; cells outside the map are blocked.
     pub fn passability(&self, cell: Cell) -> Passability {
         if !self.contains(cell) {
             return Passability::Blocked;
@@ -257,7 +257,7 @@ impl PlanningGrid {
         self.sees(a, b, |bits| bits & PASSABLE != 0)
     }
 
-    /// The same, with cells of escape zones blocking the view as well.
+    /// As [`Self::line_of_sight_cells`], with cells of escape zones blocking the view as well.
     pub fn line_of_sight_cells_free(&self, a: Cell, b: Cell) -> bool {
         self.sees(a, b, |bits| bits == PASSABLE)
     }
@@ -462,7 +462,7 @@ pub(super) mod tests {
         PlanningGrid::new(grid, &DistanceField::new(grid), 0.0)
     }
 
-    /// What `lines` draw: `.` free, `i` blocked by inflation alone, `#` occupied.
+    /// The grids drawn by `lines`: `.` free, `i` blocked by inflation alone, `#` occupied.
     pub(in crate::plan) fn drawn(lines: &[&str]) -> (OccupancyGrid, PlanningGrid) {
         let inflated = uninflated(&OccupancyGrid::from_ascii(lines, 1.0));
         let lines: Vec<String> = lines.iter().map(|line| line.replace('i', ".")).collect();

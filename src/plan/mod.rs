@@ -1,6 +1,6 @@
 //! Planning: global planners, path stages, local planners, and the stack that joins them.
 //!
-//! Nothing here sees the world; planners get a [`Situation`](contract::Situation). What they get and give is in [`contract`].
+//! Nothing here sees the world; planners get a [`Situation`](contract::Situation). Their interface is [`contract`].
 
 pub mod contract;
 pub mod global;

@@ -1,6 +1,6 @@
-//! What planners get and give, as bytes: for planners in other processes, other languages, and files.
+//! Inputs and answers of planners as bytes: for planners in other processes, other languages, and files.
 //!
-//! The format is that of postcard; floats are kept bit for bit. What is read back is equal to what was written, and a planner
+//! The format is that of postcard; floats are kept bit for bit. A value read back equals the value written, and a planner
 //! gives the same answer to both.
 
 use super::contract::{Budget, Decision, Entry, Guidance, Notes, Randomness, Request, Situation, State, StateKind};
@@ -10,10 +10,10 @@ use crate::robot::Robot;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// Why bytes say nothing.
+/// Reason why bytes cannot be read as a value.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BytesError {
-    /// They are not those of such a value.
+    /// The bytes do not encode a value of the expected type.
     #[error("the bytes cannot be read: {0}")]
     Unreadable(String),
     /// A decision in a state that the planner does not declare.
@@ -24,7 +24,7 @@ pub enum BytesError {
 /// A value as bytes.
 ///
 /// # Panics
-/// If the value cannot be written: none of those of this crate.
+/// If the value cannot be written, which does not happen for the types of this crate.
 pub fn to_bytes<T: Serialize>(value: &T) -> Vec<u8> {
     postcard::to_stdvec(value).expect("plain values can be written")
 }
@@ -32,7 +32,7 @@ pub fn to_bytes<T: Serialize>(value: &T) -> Vec<u8> {
 /// A value from its bytes.
 ///
 /// # Errors
-/// If the bytes are not those of such a value, all of them.
+/// If the bytes do not encode a value of this type, or some bytes are left over.
 pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, BytesError> {
     let unreadable = |what: String| BytesError::Unreadable(what);
     match postcard::take_from_bytes(bytes).map_err(|error| unreadable(error.to_string()))? {
@@ -41,7 +41,7 @@ pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, BytesError> {
     }
 }
 
-/// A [`Situation`] that owns what it says.
+/// A [`Situation`] that owns its data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SituationSnapshot {
     tick: u32,
@@ -78,7 +78,7 @@ impl From<&Situation<'_>> for SituationSnapshot {
 }
 
 impl SituationSnapshot {
-    /// The situation again.
+    /// The situation, borrowed from this one.
     pub fn situation(&self) -> Situation<'_> {
         let Self { tick, dt_s, pose, twist, robot, belief, obstacles, scan, goal, random, budget } = self;
         let scan = scan.as_ref().map(|(bearing_first_rad, bearing_step_rad, ranges_m)| Scan {
@@ -102,7 +102,7 @@ impl SituationSnapshot {
     }
 }
 
-/// A [`Guidance`] that owns what it says.
+/// A [`Guidance`] that owns its data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GuidanceSnapshot {
     path: Path,
@@ -125,7 +125,7 @@ impl From<&Guidance<'_>> for GuidanceSnapshot {
 }
 
 impl GuidanceSnapshot {
-    /// The guidance again.
+    /// The guidance, borrowed from this one.
     pub fn guidance(&self) -> Guidance<'_> {
         let Self { path, progress_m, previous_node, sub_goal, is_last, path_revision, key_nodes, next_key_node } = self;
         Guidance {

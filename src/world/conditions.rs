@@ -13,11 +13,11 @@ pub struct Conditions {
     pub seed: EpisodeSeed,
     /// Control period, s: how long a tick lasts. Default: 0.1.
     pub control_period_s: Period,
-    /// What it senses of its surroundings (scenario key `sensing`).
+    /// Sensing of the surroundings (scenario key `sensing`).
     pub sensing: SensingSpec,
-    /// How well it knows where it is (scenario key `localisation`).
+    /// Errors of the believed pose (scenario key `localisation`).
     pub localisation: LocalisationSpec,
-    /// How well it does what it is told (scenario key `actuation`).
+    /// Errors and delay of the drive (scenario key `actuation`).
     pub actuation: ActuationSpec,
 }
 

@@ -42,7 +42,7 @@ impl Default for ActuationSpec {
 }
 
 impl ActuationSpec {
-    /// Whether the ground's motion is always that of the wheels.
+    /// Whether the motion over ground always equals that of the wheels.
     fn is_exact(&self) -> bool {
         let noise = [self.speed_noise_share, self.yaw_rate_noise_share];
         let slip = [self.slip_left, self.slip_right];
@@ -50,14 +50,14 @@ impl ActuationSpec {
     }
 }
 
-/// What lies between a command and the ground.
+/// The drive: everything between a command and the motion over ground.
 #[derive(Clone, Debug)]
 pub(super) struct Drivetrain {
     spec: ActuationSpec,
     stream: Stream,
-    /// Commands that have not arrived: that of tick k in slot k modulo the latency.
+    /// Commands that have not arrived yet; the command of tick k is in slot k modulo the latency.
     on_the_way: Vec<Twist>,
-    /// The twist of the wheels during the last tick: what odometry says.
+    /// The twist of the wheels during the last tick, as odometry measures it.
     pub(super) wheels: Twist,
 }
 

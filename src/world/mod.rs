@@ -3,7 +3,7 @@
 //! A [`Scene`] is everything about one episode before its first tick, drawn from a [`SceneSpec`] or put together
 //! in code; a [`World`] drives it, tick by tick of the control period ([`Conditions::control_period_s`]). Positions are in the grid frame.
 //!
-//! # What is computed where
+//! # How motion and contact are computed
 //!
 //! Robot and movers are integrated by us in f64: the robot on the exact arc of its twist, which is constant within a tick
 //! (it changes in a step at the tick's beginning, within the limits of the drive), movers on straight pieces that
@@ -52,5 +52,5 @@ pub use truth::{Contact, ObstacleKind, Step, World};
 /// Default of the control period ([`Conditions::control_period_s`]), s. Time is the number of the tick times the period.
 pub const DT_S: f64 = 0.1;
 
-/// What rounding may take from a time, s: an event or a change that is due this much after a tick's beginning is due then.
+/// Slack for rounding of times, s: an event or a change that is due at most this much after a tick's beginning is due then.
 const TIME_SLACK_S: f64 = 1e-9;

@@ -1,4 +1,4 @@
-//! What stands still: the known map with its edge, and the unknown statics of one scene.
+//! Static obstacles: the known map with its edge, and the unknown statics of one scene.
 
 use super::obstacles::unknown_static::UnknownStatic;
 use super::scene::{Digest, FreeSpaceCache};
@@ -9,23 +9,23 @@ use crate::math;
 use rapier2d::prelude::{Pose as RapierPose, SharedShape, Vector};
 use std::sync::Arc;
 
-/// A known map with all that is derived from it once and shared by every episode that uses it.
+/// A known map with the tables derived from it, computed once and shared by every episode that uses it.
 #[derive(Clone)]
 pub struct StaticMap {
     /// Occupancy.
     pub grid: Arc<OccupancyGrid>,
     /// Exact distance field of `grid`.
     pub field: Arc<DistanceField>,
-    /// Row by row: the nearest occupied column at or left of each cell, [`NONE`] where there is none.
+    /// The nearest occupied column at or left of each cell, row by row; [`NONE`] if there is no such column.
     left: Vec<u16>,
-    /// Row by row: the nearest occupied column at or right of each cell.
+    /// The nearest occupied column at or right of each cell, row by row; [`NONE`] if there is no such column.
     right: Vec<u16>,
     shape: SharedShape,
     digest: u64,
     pub(super) free_spaces: FreeSpaceCache,
 }
 
-/// No column: grids have at most 16384.
+/// Stands for no column; grids have at most 16384 columns.
 const NONE: u16 = u16::MAX;
 
 impl core::fmt::Debug for StaticMap {
@@ -63,7 +63,7 @@ impl StaticMap {
         &self.shape
     }
 
-    /// A number that differs wherever two maps differ (but for a chance of 2⁻⁶⁴): size, resolution, frame, cells.
+    /// Fingerprint of the map: size, resolution, frame and cells. Two different maps have the same one with a chance of 2⁻⁶⁴.
     pub fn digest(&self) -> u64 {
         self.digest
     }
@@ -122,7 +122,7 @@ impl StaticMap {
 }
 
 impl StaticMap {
-    /// What [`Self::distance_m`] is at least, m: at most a diagonal of a cell below it, and found by one look at the field.
+    /// A lower bound of [`Self::distance_m`], m, at most a diagonal of a cell below it, found by one look at the field.
     fn distance_at_least_m(&self, p: Vec2) -> f64 {
         let cell = self.grid.cell_at(p);
         self.field.distance_m(cell) - (p - self.grid.centre(cell)).norm()
@@ -136,7 +136,7 @@ impl StaticMap {
         }
     }
 
-    /// Signed distance between a body (grid frame) and the nearest known obstacle, m; infinite where there is none.
+    /// Signed distance between a body (grid frame) and the nearest known obstacle, m; infinite on a map without obstacles.
     pub fn obstacle_gap_m(&self, body: &Body) -> f64 {
         match &body.corners {
             None => self.obstacle_distance_m(body.position, f64::INFINITY) - body.radius_m,
@@ -152,11 +152,11 @@ impl StaticMap {
         }
     }
 
-    /// Signed distance from a convex polygon (grid frame) to the nearest occupied square, m; `cap` where it is not below
-    /// `cap`. Exact where they are apart; where several squares overlap, how deep it is in one of them.
+    /// Signed distance from a convex polygon (grid frame) to the nearest occupied square, m; at most `cap`. Exact if the polygon
+    /// touches no square; if it overlaps several squares, minus the depth in one of them.
     ///
-    /// As [`Self::obstacle_distance_m`], row by row. In a row the distance is a convex function of the square's column, so the
-    /// nearest occupied columns to either side of its least are enough, and its least is where the polygon is nearest to the row.
+    /// Computed as [`Self::obstacle_distance_m`], row by row. In a row the distance is a convex function of the square's column, so
+    /// the nearest occupied columns to either side of its minimum are enough; the minimum is where the polygon is nearest the row.
     fn polygon_distance_m(&self, corners: &[Vec2], cap: f64) -> f64 {
         let (grid, bounds) = (&self.grid, convex::bounds(corners));
         let side_m = grid.resolution_m();
@@ -278,7 +278,7 @@ fn digest_of(grid: &OccupancyGrid) -> u64 {
     digest.value()
 }
 
-/// Everything that stands still in one scene.
+/// All static obstacles of one scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Statics<'a> {
     /// The known map with its edge.

@@ -53,9 +53,9 @@ impl GlobalKind for Params {
 #[derive(Debug)]
 pub struct Planner {
     params: Params,
-    /// For the octile distance, whose f is a number of steps.
+    /// Workspace for the octile distance, whose f is a number of steps.
     whole: Workspace<Ticks, Buckets<WholeEntry>>,
-    /// For the other estimates.
+    /// Workspace for the other estimates.
     real: Workspace<Steps, Buckets<RealEntry>>,
 }
 
@@ -93,7 +93,7 @@ impl Rule for CostPlusOctile<'_> {
     type Priority = WholeSteps;
 
     fn reopens(&self) -> bool {
-        true // there is no cheaper one
+        true // a consistent estimate never finds a cheaper way to a closed node
     }
 
     fn moves(&self, from: &Visit<Ticks>) -> Moves {

@@ -33,7 +33,7 @@ pub const ENTRY: Entry = Entry {
 #[derive(Clone, Copy, Debug)]
 struct Met {
     index: u32,
-    /// Place in the queue of the node that it was met from; its own for the start.
+    /// Place in the queue of the node from which this one was met; the start holds its own place.
     from: u32,
 }
 

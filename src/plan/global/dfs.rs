@@ -39,7 +39,7 @@ impl GlobalKind for Params {
 pub struct Planner {
     params: Params,
     marks: Marks,
-    /// The way from the start to the node in turn, each node with the moves that are left to try.
+    /// The way from the start to the current node; each node with the moves that are left to try.
     way: Vec<(u32, Moves)>,
 }
 

@@ -73,7 +73,7 @@ impl Rule for UniformCost<'_> {
     type Priority = WholeSteps;
 
     fn reopens(&self) -> bool {
-        true // steps cost something, so a node is expanded at its smallest cost: there is no cheaper one
+        true // steps have positive cost, so a closed node already has its smallest cost
     }
 
     fn moves(&self, from: &Visit<Ticks>) -> Moves {

@@ -158,7 +158,7 @@ impl<'a> Leaning<'a> {
         math::exp(share) - self.obstacle_discount
     }
 
-    /// What the step from `from` to `cell` adds to f, in cells.
+    /// Direction term of f for the step from `from` to `cell`, in cells.
     fn direction_term(&self, from: &Visit<Steps>, cell: Cell) -> f64 {
         let step = direction(from.cell, cell);
         let to_goal = between(from.cell, self.problem.goal);
@@ -198,7 +198,7 @@ impl Rule for Leaning<'_> {
     }
 }
 
-/// O: share of the cells that are blocked.
+/// O: the share of blocked cells among all cells.
 fn obstacle_ratio(grid: &PlanningGrid) -> f64 {
     let all = f64::from(grid.cols()) * f64::from(grid.rows());
     (all - grid.passable_count() as f64) / all

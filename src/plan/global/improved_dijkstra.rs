@@ -84,7 +84,7 @@ impl Rule for WithoutSymmetry<'_> {
     type Priority = WholeSteps;
 
     fn reopens(&self) -> bool {
-        true // a node is expanded at its smallest cost: there is no cheaper one
+        true // a closed node already has its smallest cost
     }
 
     fn moves(&self, from: &Visit<Ticks>) -> Moves {

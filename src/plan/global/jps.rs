@@ -74,25 +74,25 @@ impl GlobalKind for Params {
 #[derive(Debug, Default)]
 pub struct Planner {
     lines: Lines,
-    /// Per padded cell.
+    /// One node per padded cell.
     nodes: Vec<Node>,
-    /// Number of this search; nodes that bear another are not met.
+    /// Number of this search; a node with another number has not been met.
     search: u32,
     /// Best first. Cheaper entries of a node are pushed beside the old ones.
     open: Heap<WholeEntry>,
     pushed: u64,
-    /// For grids with escape zones.
+    /// Workspace of the plain search for grids with escape zones.
     plain: Workspace<Ticks, Buckets<WholeEntry>>,
 }
 
-/// What is known of a cell.
+/// Record of a cell.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     g: Ticks,
     parent: u32,
-    /// The search that met it.
+    /// Number of the search that met the cell.
     search: u32,
-    /// The last step to it, none for the start.
+    /// The last step to the cell; none for the start.
     arrived_by: Option<Move>,
     is_closed: bool,
 }
@@ -237,16 +237,16 @@ const WORD: usize = 64;
 #[derive(Clone, Copy, Debug, Default)]
 struct Word {
     free: u64,
-    /// Where a run towards higher places stops.
+    /// Places at which a run towards higher places stops.
     stops_up: u64,
-    /// Where a run towards lower places stops.
+    /// Places at which a run towards lower places stops.
     stops_down: u64,
 }
 
 /// The grid as bits, by rows and by columns, in padded places.
 #[derive(Debug, Default)]
 struct Lines {
-    /// The grid that they were made from.
+    /// The cells of the grid from which the bits were made.
     cells: Vec<u8>,
     stride: usize,
     rows: Axis,
@@ -261,7 +261,7 @@ struct Axis {
 }
 
 impl Lines {
-    /// Makes the bits of a grid, unless they are there.
+    /// Makes the bits of a grid, unless they are those of this grid already.
     fn adopt(&mut self, grid: &PlanningGrid) {
         let (cells, stride) = (grid.cells(), grid.stride());
         if self.stride == stride && self.cells == cells {
@@ -323,7 +323,7 @@ impl Axis {
         self.words.resize(lines * self.per_line, Word::default());
     }
 
-    /// The first jump point above a place of a line, which may have the goal at some place.
+    /// The first jump point above a place of a line; `goal` is the place of the goal if it lies on this line.
     fn run_up(&self, line: usize, place: usize, goal: Option<usize>) -> Option<usize> {
         let words = &self.words[line * self.per_line..][..self.per_line];
         // The first place where a run stops. The border is one, so there is one.
@@ -341,7 +341,7 @@ impl Axis {
         }
     }
 
-    /// The first jump point below a place of a line, which may have the goal at some place.
+    /// The first jump point below a place of a line; `goal` is the place of the goal if it lies on this line.
     fn run_down(&self, line: usize, place: usize, goal: Option<usize>) -> Option<usize> {
         let words = &self.words[line * self.per_line..][..self.per_line];
         let mut at = (place - 1) / WORD;
@@ -359,7 +359,7 @@ impl Axis {
     }
 }
 
-/// Works out where runs stop, from what is free. The first and the last line are border, where nothing runs.
+/// Computes from the free cells where runs stop. The first and the last line are border, where nothing runs.
 fn mark_stops(words: &mut [Word], per_line: usize) {
     let free = |words: &[Word], at: usize| words.get(at).map_or(0, |word| word.free);
     for line in 1..(words.len() / per_line).saturating_sub(1) {

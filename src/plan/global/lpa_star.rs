@@ -64,10 +64,10 @@ pub const ENTRY: Entry = Entry {
     ..Entry::PLAIN
 };
 
-/// The distance of a node that no way is known to; above that of any path.
+/// Distance of a node to which no way is known; larger than that of any path.
 const UNREACHED: Ticks = Ticks(u64::MAX);
 
-/// What is known of a node: its distance from the root, and the same one step ahead.
+/// Record of a node: its distance from the root as stored (g), and as computed from its neighbours (rhs).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Vertex {
     g: Ticks,
@@ -76,10 +76,10 @@ struct Vertex {
 
 type Key = (Ticks, Ticks);
 
-/// The key of a node that nothing is known of: behind all others.
+/// Key of a node of which nothing is known: larger than all others.
 const LAST: Key = (UNREACHED, UNREACHED);
 
-/// Cells that are compared at once to find those that changed.
+/// Number of cells that are compared at once to find those that changed.
 const COMPARED: usize = 256;
 
 impl GlobalKind for Params {
@@ -92,18 +92,18 @@ impl GlobalKind for Params {
 #[derive(Debug)]
 pub struct Planner {
     corner_rule: CornerRule,
-    /// The root of what is kept; `None` where nothing is.
+    /// Root of the kept search; `None` if nothing is kept.
     goal: Option<Cell>,
-    /// The robot's cell, which the keys are for.
+    /// The robot's cell, for which the keys were computed.
     start: Cell,
     /// The grid of the last search, padded.
     cells: Vec<u8>,
     cols: i32,
     vertices: Vec<Vertex>,
-    /// All nodes where g ≠ rhs with their keys; beside them entries that are out of date, told by their key.
+    /// All nodes with g ≠ rhs and their keys. It also holds outdated entries, recognised by their key.
     queue: BinaryHeap<Reverse<(Key, u32)>>,
     changed: Vec<u32>,
-    /// The nodes that a change may have given another rhs.
+    /// Nodes whose rhs a change may have altered.
     affected: Vec<u32>,
     pushed: u64,
 }
@@ -125,7 +125,7 @@ impl Planner {
         }
     }
 
-    /// Brings what is kept in line with the problem: the root, the keys, the cells that changed.
+    /// Adapts the kept search to the problem: the root, the keys, the cells that changed.
     fn adopt(&mut self, problem: &Problem<'_>) {
         let grid = problem.grid;
         let is_same_map = self.cols == grid.cols() && self.cells.len() == grid.cells().len();
@@ -172,7 +172,7 @@ impl Planner {
         self.set_rhs(grid, grid.index(problem.goal), Ticks::ZERO);
     }
 
-    /// Gives every entry of the queue the key of today and drops those that are out of date.
+    /// Gives every entry of the queue its current key and drops the outdated ones.
     fn order_queue_anew(&mut self, grid: &PlanningGrid) {
         let mut entries = core::mem::take(&mut self.queue).into_vec();
         entries.retain_mut(|Reverse((key, index))| {
@@ -198,7 +198,7 @@ impl Planner {
         (distance.plus(Ticks::octile(grid.cell(index), self.start)), distance)
     }
 
-    /// Repairs g and rhs until the distance of `start` is right; the number of nodes expanded.
+    /// Repairs g and rhs until the distance of `start` is right; returns the number of nodes expanded.
     fn repair(&mut self, grid: &PlanningGrid, start: u32) -> u64 {
         let mut expanded = 0;
         while let Some(&Reverse((key, index))) = self.queue.peek() {
@@ -236,7 +236,7 @@ impl Planner {
         expanded
     }
 
-    /// The moves from a node: none where it is blocked.
+    /// The moves from a node; none if it is blocked.
     fn moves(&self, grid: &PlanningGrid, index: u32) -> Moves {
         if grid.cells()[index as usize] & PASSABLE != 0 {
             Moves::allowed(grid, index, self.corner_rule)
@@ -245,7 +245,7 @@ impl Planner {
         }
     }
 
-    /// The neighbour to go by from a node, and the distance that way; the first of equals.
+    /// The neighbour through which a node is nearest to the root, and the distance that way; ties go to the first neighbour.
     fn best_neighbour(&self, grid: &PlanningGrid, index: u32) -> Option<(u32, Ticks)> {
         let neighbours = self.moves(grid, index).filter_map(|step| {
             let to = step.index_from(grid, index);
@@ -255,7 +255,7 @@ impl Planner {
         neighbours.min_by_key(|&(_, distance)| distance)
     }
 
-    /// Computes the rhs of a node from those around it.
+    /// Computes the rhs of a node from its neighbours.
     fn look_ahead(&mut self, grid: &PlanningGrid, index: u32) {
         if self.goal != Some(grid.cell(index)) {
             let rhs = self.best_neighbour(grid, index).map_or(UNREACHED, |(_, distance)| distance);

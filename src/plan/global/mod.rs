@@ -1,7 +1,7 @@
 //! Global planners: a task becomes a path. Most search the planning grid and answer with its cells.
 //!
 //! One file per planner, each with its `Params` and `ENTRY`; a new planner is one new file and one
-//! line in the registry below. What they share is in `search`.
+//! line in the registry below. The search core that they share is in `search`.
 
 mod search;
 
@@ -10,7 +10,7 @@ pub use search::{CornerRule, Heuristic};
 use super::contract::{Entry, Fit, GlobalPlanner};
 use crate::settings::registry;
 
-/// What the parameters of a global planner can do.
+/// Behaviour of the parameters of a global planner.
 pub trait GlobalKind {
     /// A fresh planner.
     fn build(&self) -> Box<dyn GlobalPlanner>;
@@ -18,7 +18,7 @@ pub trait GlobalKind {
     /// Whether the parameters fit this map and robot.
     ///
     /// # Errors
-    /// What does not fit.
+    /// A message that says what does not fit.
     fn check(&self, _: &Fit<'_>) -> Result<(), String> {
         Ok(())
     }

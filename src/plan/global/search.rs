@@ -52,9 +52,9 @@ pub(super) struct Visit<C: Cost> {
     pub index: u32,
     /// Its cell.
     pub cell: Cell,
-    /// What it keeps of the node that it is connected to.
+    /// The part of its parent that the node keeps.
     pub parent: C::Parent,
-    /// The move that led to it, none for the start.
+    /// The move that led to it; none for the start.
     pub arrived_by: Option<Move>,
 }
 
@@ -65,26 +65,26 @@ pub(super) struct Arrival<C: Cost> {
     pub cell: Cell,
     /// Cost from the start.
     pub g: C,
-    /// The node that it was reached from, none for the start.
+    /// The node from which it was reached; none for the start.
     pub from: Option<Visit<C>>,
 }
 
-/// What distinguishes one best-first planner from another, for one problem.
+/// The rule that distinguishes one best-first planner from another, for one problem.
 pub(super) trait Rule {
     /// How costs are kept.
     type Cost: Cost;
     /// How f is kept.
     type Priority: Priority<Self::Cost>;
 
-    /// Whether a closed node is opened again when a cheaper connection is found. Where there is none, either will do:
+    /// Whether a closed node is opened again when a cheaper connection is found. A rule that never finds one may return either:
     /// `false` saves connecting the node, `true` a branch.
     fn reopens(&self) -> bool;
 
     /// The moves to try from a node.
     fn moves(&self, from: &Visit<Self::Cost>) -> Moves;
 
-    /// Parent and cost of the node that `step` leads to from `from`, where a plain step costs `stepped`; none where
-    /// that is no less than `known`, what the node costs so far if it has been met.
+    /// Parent and cost of the node that `step` leads to from `from`; `stepped` is the cost by a plain step. `None` unless that is
+    /// less than `known`, the cost of the node so far if it has been met.
     fn connect(
         &self,
         nodes: &Nodes<Self::Cost>,
@@ -104,16 +104,16 @@ pub(super) trait Rule {
         Self::Cost::ZERO
     }
 
-    /// f: the node with the smallest is expanded first.
+    /// f of a node: the node with the smallest f is expanded first.
     fn priority(&self, arrival: Arrival<Self::Cost>) -> Self::Priority;
 }
 
-/// How many times its plain cost a step costs, given the bits of the cells at both its ends, joined by or.
+/// Cost multiplier of a step; `bits` is the OR of its two cells.
 pub(super) fn step_factor(bits: u8) -> u32 {
     if bits & ESCAPE != 0 { ESCAPE_FACTOR } else { 1 }
 }
 
-/// What is known of a cell.
+/// Record of a cell.
 #[derive(Clone, Copy, Debug)]
 struct Node<C: Cost> {
     g: C::Kept,
@@ -128,12 +128,12 @@ struct State(u32);
 
 impl State {
     const UNMET: Self = Self(0);
-    /// Beside the direction of a move, in the four lowest bits.
+    /// Value of the four lowest bits, which hold the direction of a move, for no move.
     const NO_MOVE: u32 = 8;
     const CLOSED: u32 = 16;
     const ONE_SEARCH: u32 = 32;
 
-    /// The state of a node that is open, reached by a move; the start by none.
+    /// State of an open node that was reached by the move `by`; the start has none.
     fn opened(self, by: Option<Move>) -> Self {
         Self(self.0 | by.map_or(Self::NO_MOVE, |step| step.direction() as u32))
     }
@@ -147,21 +147,21 @@ impl State {
     }
 }
 
-/// What is known of all cells.
+/// Records of all cells.
 #[derive(Debug)]
 pub(super) struct Nodes<C: Cost> {
     of_cells: Vec<Node<C>>,
-    /// State that all nodes met in this search exceed.
+    /// Lower bound of this search: the state of every node that it has met is larger.
     search: State,
 }
 
 impl<C: Cost> Nodes<C> {
-    /// What a node that has been met in this search keeps of its cost.
+    /// The kept cost of a node that has been met in this search.
     pub fn g(&self, index: u32) -> C::Kept {
         self.of_cells[index as usize].g
     }
 
-    /// Makes all nodes unmet, and enough of them.
+    /// Marks all nodes as unmet, and makes room for all nodes of `grid`.
     fn begin(&mut self, grid: &PlanningGrid) {
         if self.search.0 > u32::MAX - 2 * State::ONE_SEARCH {
             self.of_cells.clear();
@@ -174,7 +174,7 @@ impl<C: Cost> Nodes<C> {
         }
     }
 
-    /// The index of the node that one is connected to, its own for the start.
+    /// Index of the parent of a node; the start is its own parent.
     fn parent(&self, grid: &PlanningGrid, index: u32) -> u32 {
         let Node { parent, state, .. } = self.of_cells[index as usize];
         state.arrived_by().map_or(index, |step| C::parent_index(parent, step.index_before(grid, index)))
@@ -192,7 +192,7 @@ impl<C: Cost> Nodes<C> {
     }
 }
 
-/// The memory of a search: carries nothing from one search to the next but its size.
+/// The memory of a search. Only its size carries over from one search to the next.
 #[derive(Debug)]
 pub(super) struct Workspace<C: Cost, O> {
     nodes: Nodes<C>,
@@ -206,7 +206,7 @@ impl<C: Cost, O: Default> Default for Workspace<C, O> {
 }
 
 impl<C: Cost, O: OpenList> Workspace<C, O> {
-    /// Finds a path by the rule; see the module. `path` holds start to goal, or nothing on failure.
+    /// Finds a path by the rule; see the module. `path` then holds the cells from start to goal; it is empty on failure.
     pub fn search<R>(&mut self, rule: &R, problem: &Problem<'_>, path: &mut Vec<Cell>) -> Search
     where
         R: Rule<Cost = C>,

@@ -10,7 +10,7 @@ use crate::settings::registry;
 
 pub mod window;
 
-/// What the parameters of a local planner can do.
+/// Behaviour of the parameters of a local planner.
 pub trait LocalKind {
     /// A fresh planner.
     fn build(&self) -> Box<dyn LocalPlanner>;
@@ -18,7 +18,7 @@ pub trait LocalKind {
     /// Whether the parameters fit this map and robot.
     ///
     /// # Errors
-    /// What does not fit.
+    /// A message that says what does not fit.
     fn check(&self, _: &Fit<'_>) -> Result<(), String> {
         Ok(())
     }
@@ -64,7 +64,7 @@ pub(crate) mod tests {
         pub(crate) path: Path,
     }
 
-    /// How a drive went.
+    /// Result of a drive.
     #[derive(Debug, PartialEq)]
     pub(crate) struct Drive {
         /// Pose after each tick; the drive ends within 0.25 m of the end of the path.

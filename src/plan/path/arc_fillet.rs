@@ -33,7 +33,7 @@ use crate::settings::quantity::{NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Slack of comparisons between angles (rad) and between lengths (m): what rounding does to a right angle or an
+/// Slack of comparisons between angles (rad) and between lengths (m): rounding error of a right angle or an
 /// exact clearance.
 const SLACK: f64 = 1e-9;
 
@@ -200,7 +200,7 @@ impl Arc {
             || level.any(|p| p.x >= min.x && p.x <= max.x && self.spans(p))
     }
 
-    /// Whether the direction from the centre to `p` is one that the arc has.
+    /// Whether the direction from the centre to `p` lies within the arc.
     fn spans(&self, p: Vec2) -> bool {
         let (r, q) = (self.from - self.centre, p - self.centre);
         let turn = math::atan2(cross(r, q), r.dot(&q)) * math::sign(self.sweep);

@@ -30,8 +30,8 @@ use crate::settings::quantity::NonNegative;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// By how much a jump must be shorter, and how near to a straight line a node lies on it, m: what rounding may
-/// add up to on a path of kilometres.
+/// Least gain of a jump, and largest distance of a node that counts as on a straight line, m: a bound of the accumulated
+/// rounding error on a path of kilometres.
 const LENGTH_SLACK_M: f64 = 1e-9;
 
 /// Parameters of `clearance_prune`.
@@ -75,7 +75,7 @@ impl Stage {
         Self { clearance_m: params.clearance_m.get(), nodes: Vec::new() }
     }
 
-    /// One pass of jumps; whether there was one.
+    /// Makes one pass of jumps; returns whether it made any.
     fn jump(&mut self, grid: &PlanningGrid, pieces: &mut Vec<Piece>) -> bool {
         let mut any = false;
         let mut from = 0;
@@ -99,7 +99,7 @@ impl Stage {
         any
     }
 
-    /// Joins lines that go straight on; whether there were any.
+    /// Joins lines that go straight on; returns whether there were any.
     fn join(&mut self, pieces: &mut Vec<Piece>) -> bool {
         let before = pieces.len();
         let mut at = 1;

@@ -1,9 +1,9 @@
-//! Path stages: they prune or smooth what a global planner found. One file per stage.
+//! Path stages: they prune or smooth the path of a global planner. One file per stage.
 
 use super::contract::{Entry, Fit, PathStage};
 use crate::settings::registry;
 
-/// What the parameters of a path stage can do.
+/// Behaviour of the parameters of a path stage.
 pub trait PathKind {
     /// A fresh stage.
     fn build(&self) -> Box<dyn PathStage>;
@@ -11,7 +11,7 @@ pub trait PathKind {
     /// Whether the parameters fit this map and robot.
     ///
     /// # Errors
-    /// What does not fit.
+    /// A message that says what does not fit.
     fn check(&self, _: &Fit<'_>) -> Result<(), String> {
         Ok(())
     }

@@ -39,21 +39,21 @@ use replan::Checked;
 pub struct StackSpec {
     /// Unique name in results.
     pub name: String,
-    /// The global planner; none for a local planner that gets the goal as its only sub-goal.
+    /// The global planner; `None` for a local planner alone, whose only sub-goal is the goal.
     pub global: Option<GlobalChoice>,
     /// Path stages in order.
     pub path: Vec<PathChoice>,
     /// The local planner.
     pub local: LocalChoice,
-    /// When to plan again; what `planning.replan` says where absent.
+    /// When to plan again; `None` for the rule of `planning.replan`.
     pub replan: Option<Replan>,
-    /// Which point of the path to steer for; what `planning.sub_goals` says where absent.
+    /// Which point of the path to steer for; `None` for the rule of `planning.sub_goals`.
     pub sub_goals: Option<SubGoals>,
     /// Limits of this stack below those of the robot.
     pub caps: Caps,
 }
 
-/// Speeds that a stack may use, where they are lower than the robot's.
+/// Speed limits of a stack below those of the robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Caps {
     /// Highest forward speed, m/s.
@@ -63,7 +63,7 @@ pub struct Caps {
 }
 
 impl Caps {
-    /// The robot as planners of the stack see it; `None` where nothing is capped.
+    /// The robot with the limits lowered to the caps; `None` if no limit is lowered.
     fn robot(&self, robot: &Robot) -> Option<Robot> {
         let Self { speed_max_mps, reverse_speed_max_mps } = *self;
         let is_capped = speed_max_mps.is_some() || reverse_speed_max_mps.is_some();
@@ -86,12 +86,12 @@ impl StackSpec {
         self.global.as_ref().map_or("none", GlobalChoice::name)
     }
 
-    /// The name in results of the path part: the stages joined by `+`; empty where there are none.
+    /// The name in results of the path part: the stages joined by `+`; empty without stages.
     pub fn path_name(&self) -> String {
         self.path.iter().map(PathChoice::name).collect::<Vec<_>>().join("+")
     }
 
-    /// `global[+path…]+local`, the name of a stack that was given none.
+    /// `global[+path…]+local`, the name of a stack whose scenario gives none.
     pub fn default_name(&self) -> String {
         let mut parts = vec![self.global_name()];
         parts.extend(self.path.iter().map(PathChoice::name));
@@ -118,7 +118,7 @@ impl StackSpec {
     }
 }
 
-/// What the stack has done so far in an episode.
+/// Work of the stack so far in an episode.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Effort {
     /// Nodes expanded by the global planner.
@@ -129,7 +129,7 @@ pub struct Effort {
     pub replans: u32,
 }
 
-/// A part of the stack: whose fault it is where something goes wrong.
+/// A part of the stack, named in messages about its faults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// The global planner or a path stage.
@@ -158,14 +158,14 @@ pub struct Stack {
     caps: Caps,
     /// The robot below the caps, in this episode.
     capped_robot: Option<Robot>,
-    /// What the last plan was made on.
+    /// Planning grid of the last plan.
     grid: PlanningGrid,
     plan: Plan,
     drive: Drive,
     global_s: f64,
 }
 
-/// What the stack knows of the episode so far.
+/// State of the stack in the current episode.
 #[derive(Clone, Debug)]
 struct Drive {
     route: Route,
@@ -175,14 +175,14 @@ struct Drive {
     coming_decision: Option<Pending<Decision>>,
     /// The last decision that came into force.
     decision: Decision,
-    /// The path that the local planner has asked for, and from where.
+    /// A path requested by the local planner; the inner value is [`Request::NewPath`]'s `from_m`.
     wanted: Option<Option<f64>>,
     effort: Effort,
     anchor: Anchor,
     checked: Checked,
     planned_tick: u32,
     planned_goal: Vec2,
-    /// Who is at work: where a panic came from.
+    /// The part that is running, to name the source of a panic.
     acting: Option<Part>,
 }
 
@@ -255,7 +255,7 @@ impl Stack {
     /// Begins an episode: forgets the last one and plans the first path.
     ///
     /// # Errors
-    /// What the global planner says; the episode then ends as `no_path`, for a [`Failure::Fault`] as `planner_error`.
+    /// The failure of the global planner; the episode then ends as `no_path`, for a [`Failure::Fault`] as `planner_error`.
     pub fn begin(&mut self, situation: &Situation<'_>) -> Result<(), Failure> {
         if let Some(global) = &mut self.global {
             global.reset();
@@ -274,7 +274,7 @@ impl Stack {
     /// ([`ComputeSpec`]) it is the last command that was ready, and counts as one decision only once.
     ///
     /// # Errors
-    /// [`Failure::Fault`] and what else the local planner says: the episode ends as `planner_error`.
+    /// [`Failure::Fault`] or another failure of the local planner: the episode ends as `planner_error`.
     pub fn decide(&mut self, situation: &Situation<'_>) -> Result<Decision, Failure> {
         let tick = situation.tick;
         self.drive.anchor.follow(situation, self.planning.replan.kind().standing_radius_m());
@@ -324,7 +324,7 @@ impl Stack {
         self.drive.anchor = Anchor { position: situation.pose.position, tick: situation.tick };
         match planned {
             Err(fault @ Failure::Fault(_)) => Err(fault),
-            // Where no path exists on the belief map the old one stays in force.
+            // If no path exists on the belief map the old one stays in force.
             _ => Ok(()),
         }
     }
@@ -342,7 +342,7 @@ impl Stack {
         self.planning.replan.kind().wants_path(&mut watch)
     }
 
-    /// Asks the local planner, checks its answer and notes what it asks for.
+    /// Asks the local planner, checks its answer and notes its request.
     fn ask_local(&mut self, situation: &Situation<'_>) -> Result<Decision, Failure> {
         let robot = self.capped_robot.as_ref().unwrap_or(situation.robot);
         let situation = Situation { robot, random: situation.random.of_layer(1), ..*situation };
@@ -359,7 +359,7 @@ impl Stack {
         Ok(answer)
     }
 
-    /// Whether the robot stands on purpose or for want of a path: then it is not stuck.
+    /// Whether the robot stands on purpose or because no path is ready yet; such a robot is not stuck.
     pub fn is_waiting(&self) -> bool {
         self.drive.coming_path.is_some() || self.drive.decision.state.kind == StateKind::Waiting
     }
@@ -374,7 +374,7 @@ impl Stack {
         self.drive.route.revision
     }
 
-    /// The point of the path that is steered for.
+    /// The point for which the local planner steers.
     pub fn sub_goal(&self) -> Vec2 {
         self.drive.route.sub_goal
     }
@@ -384,7 +384,7 @@ impl Stack {
         self.planning.budget.budget()
     }
 
-    /// What has been done in this episode so far.
+    /// Work done in this episode so far.
     pub fn effort(&self) -> Effort {
         self.drive.effort
     }
@@ -394,7 +394,7 @@ impl Stack {
         self.local.entry()
     }
 
-    /// The part that was at work when the last call did not come back.
+    /// The part that was running when the last call panicked.
     pub fn acting(&self) -> Option<Part> {
         self.drive.acting
     }
@@ -415,7 +415,7 @@ impl Stack {
         result
     }
 
-    /// Plans from the robot, or from a point of the path in force, up to which that path is kept.
+    /// Plans from the robot, or from a point of the path in force; that path is kept up to the point.
     fn plan_untimed(&mut self, situation: &Situation<'_>, from_m: Option<f64>) -> Result<(), Failure> {
         let Self { global, stages, planning, grid, plan, drive, capped_robot, .. } = self;
         drive.planned_tick = situation.tick;
@@ -459,7 +459,7 @@ fn rebuild_grid(grid: &mut PlanningGrid, planning: &PlanningSpec, situation: &Si
     }
 }
 
-/// Whether an answer is one that a local planner may give.
+/// Checks that a local planner may give this answer.
 fn check_decision(answer: &Decision, entry: &Entry, situation: &Situation<'_>) -> Result<(), Failure> {
     let fault = |what: String| Err(Failure::Fault(what));
     let command = answer.command;
@@ -487,7 +487,7 @@ fn check_decision(answer: &Decision, entry: &Entry, situation: &Situation<'_>) -
     }
 }
 
-/// Where the robot was when it last counted as moving.
+/// Position and tick at which the robot last counted as moving.
 #[derive(Clone, Copy, Debug, Default)]
 struct Anchor {
     position: Vec2,

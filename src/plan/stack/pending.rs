@@ -14,7 +14,7 @@ pub(super) struct Pending<T> {
 }
 
 impl<T> Pending<T> {
-    /// The answer, if its time has come.
+    /// Takes the answer out of its slot if it is due at `tick`.
     pub(super) fn take(slot: &mut Option<Self>, tick: u32) -> Option<T> {
         slot.take_if(|pending| pending.ready_tick <= tick).map(|pending| pending.answer)
     }

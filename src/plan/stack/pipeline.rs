@@ -8,7 +8,7 @@ use crate::plan::contract::{Failure, GlobalPlanner, PathStage, Plan, Situation, 
 /// Plans with `global` and treats the path with `stages`, in their order, into `plan`.
 ///
 /// # Errors
-/// What the planner or a stage says, and [`Failure::Fault`] for an answer that cannot be.
+/// The failure of the planner or a stage, and [`Failure::Fault`] for an invalid answer.
 pub fn find_path<'s>(
     global: &mut dyn GlobalPlanner,
     stages: &mut [Box<dyn PathStage + 's>],
@@ -31,8 +31,8 @@ pub fn find_path<'s>(
 }
 
 impl Plan {
-    /// Makes the path of [`Self::cells`]: from the task's start by the centres of all cells between to its goal. The centre of
-    /// the start's own cell is no node, or a robot that plans anew would turn back to it; nor is that of the goal's.
+    /// Makes the path of [`Self::cells`]: from the task's start through the centres of the cells between to its goal. The centres
+    /// of the start's and the goal's own cells are no nodes: a robot that plans anew would turn back to the first.
     pub fn follow_cells(&mut self, task: &Task<'_>) {
         let between = self.cells.get(1..self.cells.len().saturating_sub(1)).unwrap_or_default();
         let centres = between.iter().map(|&cell| Piece::Line { to: task.grid.centre(cell) });
@@ -45,7 +45,7 @@ impl Plan {
 /// the centre of its cell, stays below it; a path through a wall does not.
 const INTRUSION_CELLS: f64 = 0.4;
 
-/// Whether a path runs from the task's start to its goal through passable cells; else what is wrong.
+/// Checks that a path runs from the task's start to its goal through passable cells; the error says what is wrong.
 ///
 /// Nearer than two cells to either end anything goes: there the robot itself may stand in the inflated zone.
 fn check(path: &Path, task: &Task<'_>) -> Result<(), String> {

@@ -28,7 +28,7 @@ pub struct PlanningSpec {
     pub budget: BudgetSpec,
 }
 
-/// What planned paths keep from obstacles beyond the robot's radius where a scenario does not say, m.
+/// Default margin between planned paths and obstacles beyond the robot's radius, m.
 const PLANNING_MARGIN_M: f64 = 0.05;
 
 impl PlanningSpec {

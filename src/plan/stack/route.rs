@@ -1,16 +1,16 @@
-//! The path in force and how far the robot has come on it.
+//! The path in force and the robot's progress on it.
 
 use crate::geometry::{KeyNode, Path, Piece, Vec2};
 use crate::math;
 use crate::plan::PlanningGrid;
 use crate::plan::contract::Guidance;
 
-/// The path in force and how far the robot has come on it.
+/// The path in force and the robot's progress on it.
 #[derive(Clone, Debug, Default)]
 pub struct Route {
     pub(super) path: Path,
     pub(super) nodes: Vec<KeyNode>,
-    /// Number of the key node that the robot has not passed yet.
+    /// Number of the first key node that the robot has not passed yet.
     pub(super) next: usize,
     pub(super) progress_m: f64,
     pub(super) previous_node: Vec2,

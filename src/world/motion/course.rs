@@ -1,4 +1,4 @@
-//! Where a mover is at every moment of one tick.
+//! The course of a mover: its position at every moment of one tick.
 
 use super::super::obstacles::moving::{Mover, OnStatic};
 use super::super::statics::Statics;
@@ -17,7 +17,7 @@ pub(super) struct Leg {
     pub(super) velocity: Vec2,
 }
 
-/// Where one mover is at every moment of one tick.
+/// Position of one mover at every moment of one tick.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::world) struct Course {
     legs: [Leg; BOUNCES_MAX + 1],
@@ -27,26 +27,26 @@ pub(in crate::world) struct Course {
 }
 
 impl Course {
-    /// Standing at `p`.
+    /// The course of a mover that stands at `p`.
     pub(in crate::world) fn standing(p: Vec2) -> Self {
         let leg = Leg { begin_s: 0.0, from: p, velocity: Vec2::zeros() };
         Self { legs: [leg; BOUNCES_MAX + 1], count: 1, speed: 0.0 }
     }
 
-    /// No legs yet, and no point faster than `speed_mps`.
+    /// A course without legs that begins at `p`; no leg will be faster than `speed_mps`.
     pub(super) fn empty(p: Vec2, speed_mps: f64) -> Self {
         Self { count: 0, speed: speed_mps, ..Self::standing(p) }
     }
 
-    /// The course of a mover that wants to go at `cruise`; `cruise` becomes what it wants afterwards.
+    /// The course of a mover with the wanted velocity `cruise`; `cruise` becomes its wanted velocity at the end of the course.
     pub(super) fn drive(mover: &Mover, cruise: &mut Vec2, statics: &Statics<'_>, duration_s: f64) -> Self {
         let mut course = Self::empty(mover.position, 0.0);
         course.go_on(mover, cruise, statics, 0.0, duration_s);
         course
     }
 
-    /// Goes on at `cruise` from `from_s`, where the course ends so far, to `until_s`; `cruise` becomes what the mover wants
-    /// afterwards.
+    /// Extends the course at `cruise` from `from_s`, its end so far, to `until_s`; `cruise` becomes the mover's wanted velocity
+    /// at `until_s`.
     pub(super) fn go_on(&mut self, mover: &Mover, cruise: &mut Vec2, statics: &Statics<'_>, from_s: f64, until_s: f64) {
         let speed = cruise.norm();
         self.speed = math::max(self.speed, speed);
@@ -93,7 +93,7 @@ impl Course {
         }
     }
 
-    /// Whether at most one more leg has room.
+    /// Whether there is room for one more leg at most.
     pub(super) fn is_full(&self) -> bool {
         self.count >= BOUNCES_MAX
     }
@@ -116,10 +116,10 @@ impl Course {
     }
 }
 
-/// What [`free_run`] drives at a time, s: no control period, for no scene depends on one.
+/// Time step of [`free_run`], s. It is not the control period, because no scene depends on that.
 const FREE_RUN_STEP_S: f64 = 0.1;
 
-/// Where a uniform mover is, and how it moves, after `time_s` without a robot; `None` where it stands by then.
+/// Position and velocity of a uniform mover after `time_s` without a robot; `None` if it stands by then.
 pub(in crate::world) fn free_run(mover: &Mover, statics: &Statics<'_>, time_s: f64) -> Option<(Vec2, Vec2)> {
     let (mut mover, mut cruise, mut left_s) = (mover.clone(), mover.velocity, time_s);
     while left_s > 0.0 {

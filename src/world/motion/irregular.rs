@@ -1,4 +1,4 @@
-//! Straight on for a while, then in another direction, uniformly random, at another speed (gao2025, G-A21).
+//! Motion straight on for a while, then in another uniformly random direction at another speed (gao2025, G-A21).
 
 use super::uniform::StraightOn;
 use super::{Course, Drive, Motion, MotionKind, MotionSpec, Span};
@@ -14,7 +14,7 @@ use crate::world::statics::Statics;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry =
     Entry { summary: "straight on for a while, then another way at another speed (gao2025, G-A21)" };
 
@@ -47,7 +47,7 @@ impl MotionSpec for Params {
     }
 }
 
-/// Piecewise constant velocity: every now and then a new heading, uniformly random, and a new speed.
+/// Piecewise constant velocity: after each interval a new, uniformly random heading and a new speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Irregular {
     /// Range of the time between two changes, s; rounded to whole tenths of a second, at least one.
@@ -58,13 +58,14 @@ pub struct Irregular {
     pub stream: Stream,
 }
 
-/// What the time between two changes is rounded to, s; not the control period, so that a mover goes the same way at any.
+/// Unit to which the time between two changes is rounded, s. It is not the control period, so that a mover goes the same way
+/// at any control period.
 const UNIT_S: f64 = 0.1;
 
 /// One stretch of an irregular motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Stretch {
-    /// How long it lasts, in units of [`UNIT_S`].
+    /// Duration, in units of [`UNIT_S`].
     units: u32,
     velocity: Vec2,
 }
@@ -95,19 +96,19 @@ impl MotionKind for Irregular {
     }
 }
 
-/// An irregular motion as far as it has come.
+/// Driver of an irregular motion.
 #[derive(Debug)]
 struct Wanderer {
     motion: Irregular,
     straight: StraightOn,
-    /// Number of the stretch that it is in.
+    /// Number of the current stretch.
     number: u32,
-    /// When the next one begins, in units of [`UNIT_S`].
+    /// End of the current stretch, in units of [`UNIT_S`].
     ends: u32,
 }
 
 impl Wanderer {
-    /// When the stretch ends that it is in, s after the beginning of the episode.
+    /// End of the current stretch, s after the beginning of the episode.
     fn ends_s(&self) -> f64 {
         f64::from(self.ends) * UNIT_S
     }
@@ -132,7 +133,7 @@ impl Drive for Wanderer {
         self.straight.way(mover)
     }
 
-    /// With a corner at every change within the tick.
+    /// The course through a tick, with a corner at every change of velocity within it.
     fn course(&mut self, mover: &Mover, statics: &Statics<'_>, tick: Span) -> Course {
         let mut course = Course::empty(mover.position, 0.0);
         let mut from_s = 0.0;

@@ -1,7 +1,7 @@
 //! How movers move, from tick to tick: one file per motion.
 //!
-//! A [`Motion`] is what is drawn once and is equal for all stacks. At the beginning of an episode it gives a driver, which
-//! knows how far the motion has come and lays the mover's course through each tick: straight pieces, split where they meet a
+//! A [`Motion`] is drawn once and is equal for all stacks. At the beginning of an episode it makes a driver, which keeps the
+//! state of the motion and lays the mover's course through each tick: straight pieces, split where they meet a
 //! static obstacle, turn at a waypoint or pass a sample. Movers pass through each other, and the robot never pushes them.
 
 mod course;
@@ -32,7 +32,7 @@ pub trait MotionSpec {
     /// Checks the parameters; `key` is that of the motion, such as `….motion.irregular`.
     ///
     /// # Errors
-    /// The first parameter that cannot be.
+    /// The first invalid parameter.
     fn check(&self, key: &str) -> Result<(), SceneError> {
         let _ = key;
         Ok(())
@@ -52,52 +52,52 @@ impl MotionChoice {
     /// Checks the parameters; `key` is that of the mover.
     ///
     /// # Errors
-    /// The first parameter that cannot be.
+    /// The first invalid parameter.
     pub(super) fn check(&self, key: &str) -> Result<(), SceneError> {
         self.kind().check(&format!("{key}.motion.{}", self.name()))
     }
 }
 
-/// How a mover chooses its way: straight on at its velocity unless it is made from something else.
+/// Motion of a mover; by default straight on at its velocity.
 ///
-/// Two motions are equal if they are fingerprinted alike.
+/// Two motions are equal if their fingerprints are.
 #[derive(Clone, Debug)]
 pub struct Motion(Arc<dyn MotionKind>);
 
-/// What every motion can do.
+/// Behaviour of every motion.
 pub(super) trait MotionKind: Debug + Send + Sync {
-    /// Takes what tells this motion from a uniform one into a fingerprint.
+    /// Adds everything that distinguishes this motion from a uniform one to a fingerprint.
     fn digest(&self, digest: &mut Digest);
 
     /// The driver of a mover that sets out with `velocity`.
     fn driver(&self, velocity: Vec2) -> Box<dyn Drive>;
 }
 
-/// How one mover goes on in one episode.
+/// Driver of one mover in one episode.
 pub(super) trait Drive: Debug {
     /// Makes the changes with which a tick begins: another velocity, whether the mover is there.
     fn begin(&mut self, mover: &mut Mover, tick: Span) {
         let _ = (mover, tick);
     }
 
-    /// Which way the mover wants to go, m or m/s, for one that yields to a robot ahead; zero if it minds none.
+    /// Direction in which the mover wants to go, a vector in m or m/s, by which it yields to a robot ahead; zero if it never yields.
     fn way(&self, mover: &Mover) -> Vec2;
 
-    /// The course through a tick that nothing holds the mover in.
+    /// The course through a tick in which the mover neither yields nor is halted.
     fn course(&mut self, mover: &Mover, statics: &Statics<'_>, tick: Span) -> Course;
 
-    /// The script gives another velocity; a motion with a way of its own does not mind.
+    /// Sets another velocity by order of the script; a motion with a way of its own ignores it.
     fn set_velocity(&mut self, velocity: Vec2) {
         let _ = velocity;
     }
 }
 
-/// The time of a tick.
+/// The interval of time of a tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
-    /// When it begins, s after the beginning of the episode.
+    /// Beginning, s after the beginning of the episode.
     pub(super) begin_s: f64,
-    /// How long it lasts, s.
+    /// Duration, s.
     pub(super) lasts_s: f64,
 }
 
@@ -134,7 +134,7 @@ impl PartialEq for Motion {
 #[derive(Debug)]
 pub(super) struct Driver {
     drive: Box<dyn Drive>,
-    /// Whether the script makes it stand.
+    /// Whether the script has halted the mover.
     pub(super) halted: bool,
 }
 
@@ -144,7 +144,7 @@ impl Driver {
         Self { drive: mover.motion.0.driver(mover.velocity), halted: false }
     }
 
-    /// The mover has another velocity from now on.
+    /// Gives the mover another velocity from now on.
     pub(super) fn set_velocity(&mut self, mover: &mut Mover, velocity: Vec2) {
         self.drive.set_velocity(velocity);
         mover.velocity = velocity;
@@ -155,7 +155,7 @@ impl Driver {
         self.drive.begin(mover, tick);
     }
 
-    /// The course through a tick, given where the robot's centre is and how far its footprint is away.
+    /// The course through a tick, given the position of the robot's centre and the distance to its footprint.
     pub(super) fn course(
         &mut self,
         mover: &Mover,

@@ -1,4 +1,4 @@
-//! From waypoint to waypoint, again and again.
+//! Motion from waypoint to waypoint, again and again.
 
 use super::course::{Course, Leg};
 use super::{Drive, MotionKind, Span};
@@ -9,21 +9,21 @@ use crate::world::scene::Digest;
 use crate::world::statics::Statics;
 use std::sync::Arc;
 
-/// Waypoints driven one after the other in straight lines, with a stop at each where `pause_s` is above 0.
+/// Waypoints driven one after the other in straight lines, with a stop of `pause_s` at each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Patrol {
     /// The waypoints, grid frame, m; at least two, no two neighbours equal.
     pub waypoints: Arc<[Vec2]>,
     /// Speed, m/s.
     pub speed_mps: f64,
-    /// Whether the last waypoint leads to the first; else back the way it came.
+    /// Whether the last waypoint leads to the first; otherwise the mover goes back the way it came.
     pub closed: bool,
     /// Stop at every waypoint, s.
     pub pause_s: f64,
 }
 
 impl Patrol {
-    /// The waypoint after `at`, and whether the mover counts backwards from there on.
+    /// The waypoint after `at`, and whether the mover goes through the list backwards from there on.
     fn after(&self, at: usize, backwards: bool) -> (usize, bool) {
         let last = self.waypoints.len() - 1;
         match (self.closed, backwards) {
@@ -58,7 +58,7 @@ struct Patroller {
     /// The waypoint it goes to.
     next: usize,
     backwards: bool,
-    /// What is left of its stop, s.
+    /// Remaining time of its stop, s.
     wait_s: f64,
 }
 
@@ -67,7 +67,7 @@ impl Drive for Patroller {
         self.patrol.waypoints[self.next] - mover.position
     }
 
-    /// Where a static is in the way the mover waits, unless it passes.
+    /// The course through a tick. The mover waits before a static in its way, unless it passes through statics.
     fn course(&mut self, mover: &Mover, statics: &Statics<'_>, tick: Span) -> Course {
         let patrol = &self.patrol;
         let mut course = Course::empty(mover.position, patrol.speed_mps);

@@ -1,4 +1,4 @@
-//! As recorded: straight from sample to sample.
+//! Recorded motion: straight from sample to sample.
 
 use super::course::{BOUNCES_MAX, Course, Leg};
 use super::{Drive, MotionKind, Span};
@@ -9,7 +9,7 @@ use crate::world::scene::Digest;
 use crate::world::statics::Statics;
 use std::sync::Arc;
 
-/// Where a recorded mover was when.
+/// Position of a recorded mover at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Time since the episode began, s; may be negative.
@@ -18,25 +18,25 @@ pub struct Sample {
     pub position: Vec2,
 }
 
-/// A recording: straight lines between its samples. Before the first one the mover is not there, after the last one
-/// neither, unless it stays.
+/// A recording: straight lines between its samples. The mover is absent before the first sample, and after the last one
+/// unless it stays.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replay {
-    /// The samples, by time, no two at one time; at least one.
+    /// The samples in ascending order of time, no two at the same time; at least one.
     pub samples: Arc<[Sample]>,
-    /// Whether it stands where the data ends, instead of vanishing.
+    /// Whether the mover stands at its last sample afterwards, instead of vanishing.
     pub stays: bool,
 }
 
 impl Replay {
-    /// Whether the mover is there for the whole of a tick.
+    /// Whether the mover is present for the whole of a tick.
     fn is_present(&self, tick: Span) -> bool {
         const SLACK_S: f64 = 1e-9;
         let (first, last) = (self.samples[0].time_s, self.samples[self.samples.len() - 1].time_s);
         tick.begin_s >= first - SLACK_S && (self.stays || tick.begin_s + tick.lasts_s <= last + SLACK_S)
     }
 
-    /// Where it is at `time_s`; at the ends of the data outside of it.
+    /// Position at `time_s`; before the first and after the last sample, that of the nearest sample.
     fn position(&self, time_s: f64) -> Vec2 {
         let samples = &self.samples;
         let after = samples.partition_point(|sample| sample.time_s <= time_s);
@@ -96,7 +96,7 @@ impl Drive for Replay {
         mover.present = present;
     }
 
-    /// None that minds the robot.
+    /// Zero: a recorded mover never yields.
     fn way(&self, _: &Mover) -> Vec2 {
         Vec2::zeros()
     }

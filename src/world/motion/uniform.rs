@@ -1,4 +1,4 @@
-//! Straight on.
+//! Motion straight on.
 
 use super::{Course, Drive, Motion, MotionKind, MotionSpec, Span};
 use crate::geometry::Vec2;
@@ -10,7 +10,7 @@ use crate::world::statics::Statics;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "straight on" };
 
 /// No parameters.
@@ -39,7 +39,7 @@ impl MotionKind for Uniform {
 /// Goes straight on, and bounces off, stops at or passes through statics.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StraightOn {
-    /// The velocity when nothing holds the mover, m/s.
+    /// Velocity of the mover while it is neither halted nor yielding, m/s.
     pub(super) cruise: Vec2,
 }
 

@@ -1,4 +1,4 @@
-//! Obstacles of a scene: what they are, where they are put, how they are drawn.
+//! Obstacles of a scene: their kinds, their placement, their random draws.
 //!
 //! Every kind of obstacle, shape and placement is one file that holds its parameters, its check and its draw, and one
 //! name in a registry. Positions in scenarios are in the world frame (the map's own frame), metres and radians.
@@ -46,7 +46,7 @@ impl ObstaclesSpec {
         self.unknown_static.iter().filter_map(|choice| choice.kind().given(grid)).collect()
     }
 
-    /// Whether something is placed by the scene's reference route.
+    /// Whether any obstacle is placed by the scene's reference route.
     pub(super) fn need_route(&self) -> bool {
         self.unknown_static.iter().any(|choice| choice.kind().needs_route())
             || self.moving.iter().any(|choice| choice.kind().needs_route())
@@ -59,10 +59,10 @@ impl ObstaclesSpec {
     }
 }
 
-/// The scene as far as it is drawn, for the obstacles of one entry of a list.
+/// Context for drawing the obstacles of one entry of a list: the scene as drawn so far, the robot, the seed.
 #[derive(Debug)]
 pub struct Drawing<'a> {
-    /// Start, goal, route and the obstacles that are placed already.
+    /// The scene so far: start, goal, route and the obstacles that are placed already.
     pub scene: &'a Scene,
     /// The robot that will drive there.
     pub robot: &'a Robot,

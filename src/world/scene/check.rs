@@ -1,4 +1,4 @@
-//! What no draw can mend: given places against the map and each other, ranges.
+//! Checks of the fixed parts of a specification, which drawing again cannot help: given places and ranges.
 
 use super::super::statics::{StaticMap, Statics};
 use crate::geometry::outline::{Body, SLACK_M};
@@ -11,7 +11,7 @@ use crate::robot::Robot;
 pub struct SceneError {
     /// The key relative to the scenario's root, such as `start` or `obstacles.moving[2].fixed.position`.
     pub key: String,
-    /// What is wrong: cell, position, what is in the way.
+    /// The fault, with cell, position and the obstacle in the way.
     pub message: String,
 }
 
@@ -21,7 +21,7 @@ impl SceneError {
     }
 }
 
-/// Checks that a range [lowest, highest] is one.
+/// Checks that a range [lowest, highest] is in order.
 pub(in crate::world) fn check_range(key: &str, [low, high]: [f64; 2]) -> Result<(), SceneError> {
     if low <= high {
         return Ok(());

@@ -8,7 +8,7 @@ use crate::world::obstacles::moving::{OnRobot, OnStatic};
 pub(in crate::world) use crate::digest::Fnv1a as Digest;
 
 impl Scene {
-    /// The scene's fingerprint: equal exactly where all bits of map, start, goal and obstacles are
+    /// The scene's fingerprint: two scenes have the same one exactly if all bits of map, start, goal and obstacles are equal
     /// (but for a chance of 2⁻⁶⁴).
     pub fn digest(&self) -> u64 {
         let mut digest = Digest::default();

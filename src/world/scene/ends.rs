@@ -1,4 +1,4 @@
-//! Start and goal, given or drawn, and the free space that they must be connected in.
+//! Start and goal, given or drawn, and the free space in which they must be connected.
 
 use super::free_space::FreeSpace;
 use super::place::{GoalSpec, RandomPlace, StartSpec};
@@ -13,10 +13,10 @@ use crate::settings::quantity::NonNegative;
 use crate::world::obstacles::unknown_static::UnknownStatic;
 use crate::world::statics::StaticMap;
 
-/// How much wider than the robot the way from start to goal is, m.
+/// Margin of the way from start to goal beyond the robot's radius, m.
 const MARGIN_M: f64 = 0.05;
 
-/// Where a disc of the clearance fits on the map with the given unknown statics.
+/// The cells on which a disc of the clearance fits, on the map with the given unknown statics.
 ///
 /// The clearance is the robot's radius and [`MARGIN_M`]; if a given start or goal lies in a cell where that does not fit, or
 /// no way as wide leads from a given start to a given goal, the footprint alone. A robot that starts and ends where it is told needs no room to turn there: its footprint then counts by
@@ -108,7 +108,7 @@ pub(super) fn draw(spec: &SceneSpec, space: &FreeSpace<'_>, seed: EpisodeSeed) -
     }
 }
 
-/// One of the items, each as likely as the others; none where there is none.
+/// One of the items, each with the same probability; `None` without items.
 fn drawn<I: Iterator<Item = usize>>(items: impl Fn() -> I, stream: &mut Stream) -> Option<usize> {
     let count = items().count();
     if count > 0 { items().nth(stream.index(count)) } else { None }

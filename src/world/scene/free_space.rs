@@ -1,4 +1,4 @@
-//! Where a disc fits on the true map while obstacles are being placed, in cells.
+//! Free space of a disc on the true map while obstacles are being placed, in cells.
 
 use crate::geometry::outline::SLACK_M;
 use crate::geometry::{Rect, Vec2};
@@ -9,15 +9,15 @@ use crate::world::statics::StaticMap;
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The true map while obstacles are being placed, in cells.
+/// Free space on the true map while obstacles are being placed, in cells.
 #[derive(Debug)]
 pub struct FreeSpace<'a> {
     map: &'a StaticMap,
     /// Cells that are occupied or touched by an unknown static.
     occupied: Cow<'a, [bool]>,
-    /// Where a disc of the clearance fits on the known map.
+    /// Free space of a disc of the clearance on the known map.
     known: Arc<KnownFreeSpace>,
-    /// Where it fits now, if that has changed.
+    /// Cells on which the disc fits now, if that has changed.
     passable: Option<Vec<bool>>,
     clearance_m: f64,
 }
@@ -39,7 +39,7 @@ impl<'a> FreeSpace<'a> {
         self.passable.as_deref().unwrap_or(&self.known.passable)
     }
 
-    /// The same on the known map.
+    /// Cells of the known map on whose centre the disc fits, row-major.
     pub fn known(&self) -> &[bool] {
         &self.known.passable
     }
@@ -64,7 +64,7 @@ impl<'a> FreeSpace<'a> {
             .collect()
     }
 
-    /// Takes in an obstacle and returns the cells that are passable no more.
+    /// Adds an obstacle and returns the cells that are no longer passable.
     pub fn add(&mut self, touched: &[Cell]) -> Vec<usize> {
         let grid = self.grid();
         let margin = Vec2::new(self.clearance_m, self.clearance_m);
@@ -114,7 +114,7 @@ impl<'a> FreeSpace<'a> {
         })
     }
 
-    /// Which cells are connected.
+    /// Connected components of the passable cells.
     pub fn components(&self) -> Cow<'_, Components> {
         match &self.passable {
             None => Cow::Borrowed(&self.known.components),
@@ -130,23 +130,23 @@ fn cells_within(grid: &OccupancyGrid, rect: Rect) -> impl Iterator<Item = Cell> 
     rows.flat_map(move |row| cols.clone().map(move |col| Cell { col, row }))
 }
 
-/// Where a disc of some clearance fits on a known map, and which of these cells are connected.
+/// Free space of a disc of some clearance on a known map, with its connected components.
 #[derive(Debug)]
 struct KnownFreeSpace {
-    /// Least square of the distance field where it fits.
+    /// Least squared distance of the field at which the disc fits.
     threshold: u32,
-    /// The cells on whose centre it fits, row-major.
+    /// The cells on whose centre the disc fits, row-major.
     passable: Vec<bool>,
-    /// Which of them are connected.
+    /// Connected components of these cells.
     components: Components,
 }
 
-/// Cache of the last tables of a map, which every episode asks for again.
+/// Cache of the last free-space tables of a map.
 #[derive(Clone, Debug, Default)]
 pub(in crate::world) struct FreeSpaceCache(Arc<Mutex<Vec<Arc<KnownFreeSpace>>>>);
 
 impl FreeSpaceCache {
-    /// How many are kept: a scene has two.
+    /// Number of tables kept; a scene has two.
     const KEPT: usize = 4;
 
     /// The free space of a disc of radius `clearance_m` on the map that this cache belongs to.

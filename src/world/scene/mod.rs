@@ -7,10 +7,10 @@
 //!
 //! A scene is feasible if the footprint fits at start and goal and a disc of the clearance below can go
 //! from one to the other over the cell centres of the true map, in which every cell that an unknown static touches
-//! is occupied. The clearance is the robot's radius and a margin of 0.05 m, as the planning grid has it by default: no
-//! setting of a planner shapes the world, so what is feasible may be too narrow for a wider `planning.inflation_m`. If a given
+//! is occupied. The clearance is the robot's radius and a margin of 0.05 m, like the default inflation of the planning grid. No
+//! setting of a planner shapes the world, so a feasible scene may be too narrow for a wider `planning.inflation_m`. If a given
 //! start or goal lies inside the margin, the clearance is the footprint alone.
-//! Every draw is bounded; what cannot be placed within [`TRIES`] draws makes the scene infeasible, which is a result.
+//! Draws are bounded: something that finds no place within [`TRIES`] draws makes the scene infeasible, which is a result.
 
 mod check;
 mod digest;
@@ -50,7 +50,7 @@ pub(super) const TRIES: u32 = 1000;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct Infeasible {
-    /// What could not be placed.
+    /// A message that says what could not be placed.
     pub message: String,
 }
 
@@ -67,18 +67,18 @@ impl Infeasible {
 pub struct Scene {
     /// The known map.
     pub map: Arc<StaticMap>,
-    /// Where the robot starts, grid frame.
+    /// Start of the robot, grid frame.
     pub start: Pose,
-    /// Where it is to go, grid frame.
+    /// Goal of the robot, grid frame.
     pub goal: Vec2,
     /// A way from start to goal on the known map that no planner has shaped; obstacles "on the route" are placed on it.
-    /// None where nothing is placed by it.
+    /// `None` if no obstacle is placed by it.
     pub reference_route: Option<Path>,
     /// Obstacles that stand still and are not on the map.
     pub unknown_static: Vec<UnknownStatic>,
     /// Moving obstacles.
     pub movers: Vec<Mover>,
-    /// What happens when, by time.
+    /// Events in the order of their times.
     pub script: Vec<Event>,
 }
 
@@ -91,7 +91,7 @@ impl Scene {
 
     /// Draws the scene of `seed`.
     ///
-    /// Everything in the scene depends on the arguments alone; of the robot, on its outline.
+    /// The scene depends on the arguments alone; of the robot, on its outline only.
     ///
     /// # Errors
     /// [`Infeasible`] if something given or drawn cannot be placed.
@@ -132,23 +132,23 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Where the robot is to go during the tick that begins at `time_s`.
+    /// Goal of the robot during the tick that begins at `time_s`, grid frame.
     pub fn goal_at(&self, time_s: f64) -> Vec2 {
         let moved = self.script.iter().take_while(|event| event.is_due(time_s));
         moved.filter_map(|event| event.change.goal_moved_to()).last().unwrap_or(self.goal)
     }
 
-    /// Whether goal and statics stay as they are, so that the shortest way is one for the whole episode.
+    /// Whether goal and statics stay as they are, so that one shortest way holds for the whole episode.
     pub fn has_a_fixed_task(&self) -> bool {
         !self.script.iter().any(|event| event.change.moves_the_task())
     }
 
-    /// Everything that stands still.
+    /// The static obstacles.
     pub(super) fn statics(&self) -> Statics<'_> {
         Statics { map: &self.map, unknown: &self.unknown_static }
     }
 
-    /// The reference route of a scene in which something is placed by it.
+    /// The reference route, for a scene in which an obstacle is placed by it.
     pub(super) fn route(&self) -> &Path {
         self.reference_route.as_ref().expect("one is drawn if something is placed by it")
     }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::fmt;
 
-/// Where the robot starts. Written `random`, `[x, y]`, `[x, y, theta]` or `cell: [col, row]`.
+/// Start of the robot. Written `random`, `[x, y]`, `[x, y, theta]` or `cell: [col, row]`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StartSpec {
     /// A random free cell centre; the heading points at the goal.
@@ -23,7 +23,7 @@ pub enum StartSpec {
     Cell(CellPlace),
 }
 
-/// Where the robot is to go. Written `random`, `[x, y]` or `cell: [col, row]`.
+/// Goal of the robot. Written `random`, `[x, y]` or `cell: [col, row]`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GoalSpec {
     /// A random free cell centre.
@@ -82,7 +82,7 @@ fn centre(cell: CellPlace, grid: &OccupancyGrid) -> Vec2 {
 }
 
 impl StartSpec {
-    /// The given position (grid frame) and heading; `None` where the start is random.
+    /// The given position (grid frame) and heading; `None` if the start is random.
     pub fn given(&self, grid: &OccupancyGrid) -> Option<(Vec2, Option<f64>)> {
         match *self {
             Self::Random(_) => None,
@@ -97,7 +97,7 @@ impl StartSpec {
 }
 
 impl GoalSpec {
-    /// The given position (grid frame); `None` where the goal is random.
+    /// The given position (grid frame); `None` if the goal is random.
     pub fn given(&self, grid: &OccupancyGrid) -> Option<Vec2> {
         match *self {
             Self::Random(_) => None,

@@ -11,14 +11,14 @@ use crate::rng::{EpisodeSeed, Purpose};
 use core::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// How much dearer than its length the dearest cell is.
+/// Largest surcharge on the length of a step, as a share of it.
 const NOISE: f64 = 0.3;
 
 /// The straight steps, counter-clockwise: the diagonal after each lies between it and the next.
 const STRAIGHT: [(i32, i32); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 
-/// The reference route from `start` to `goal` (grid frame) over the cells that are `passable`, ends included whether
-/// they are or not; `None` where there is no way.
+/// The reference route from `start` to `goal` (grid frame) over the `passable` cells; the cells of the ends need not be
+/// passable. `None` if the ends are not connected.
 ///
 /// Ties: the smaller cell index is expanded first, and a parent is replaced only by a cheaper one.
 pub(super) fn reference_route(

@@ -1,4 +1,4 @@
-//! Everything a scene is made from, as a scenario gives it.
+//! The specification of a scene, as a scenario gives it.
 
 use super::check::{SceneError, check_fits};
 use super::place::{GoalSpec, StartSpec};
@@ -8,16 +8,16 @@ use crate::world::script::{self, ScriptEntry};
 use crate::world::statics::{StaticMap, Statics};
 use std::path::Path;
 
-/// Everything a scene is made from, beside the map and the robot.
+/// The specification of a scene, beside the map and the robot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneSpec {
-    /// Where the robot starts (scenario key `start`).
+    /// Start of the robot (scenario key `start`).
     pub start: StartSpec,
-    /// Where it is to go (scenario key `goal`).
+    /// Goal of the robot (scenario key `goal`).
     pub goal: GoalSpec,
-    /// What else is there (scenario key `obstacles`); the files that it names have been read.
+    /// Obstacles beside the map (scenario key `obstacles`); the files that they name have been read.
     pub obstacles: ObstaclesSpec,
-    /// What happens when (scenario key `script`).
+    /// Events at given times (scenario key `script`).
     pub script: Vec<ScriptEntry>,
 }
 
@@ -40,7 +40,7 @@ impl SceneSpec {
     /// Checks everything that does not depend on a draw: given places against the map and each other, ranges, velocities.
     ///
     /// # Errors
-    /// The first place in file order (start, goal, unknown statics, movers, script) that cannot be.
+    /// The first impossible part in file order: start, goal, unknown statics, movers, script.
     pub fn check(&self, map: &StaticMap, robot: &Robot) -> Result<(), SceneError> {
         let unknown = self.obstacles.given_statics(&map.grid);
         let statics = Statics { map, unknown: &unknown };

@@ -1,4 +1,4 @@
-//! The goal is elsewhere; the robot is told at once and plans anew, whatever its replanning rule.
+//! Event: the goal moves. The robot is told at once and plans anew, whatever its replanning rule.
 
 use super::{Change, Effect, Event, EventKind, Given};
 use crate::geometry::Vec2;
@@ -9,7 +9,7 @@ use crate::world::truth::World;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "the goal is elsewhere" };
 
 /// Where to.
@@ -32,12 +32,12 @@ impl EventKind for Params {
     }
 }
 
-/// The goal is elsewhere.
+/// The change that moves the goal.
 #[derive(Debug)]
 struct Goal(Vec2);
 
 impl Change {
-    /// The goal is at `to` from now on, grid frame, m.
+    /// Moves the goal to `to`, grid frame, m.
     pub fn goal(to: Vec2) -> Self {
         Self::new(Goal(to))
     }

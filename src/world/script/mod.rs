@@ -1,4 +1,4 @@
-//! The script: what happens in the world at given times, besides what moves by itself. One file per event.
+//! The script: events at given times, such as a goal that moves or an obstacle that appears. One file per event.
 //!
 //! An event's file holds its parameters, its check, and the [`Change`] that it makes.
 
@@ -30,14 +30,14 @@ pub trait EventKind {
     /// Checks the parameters; `key` is that of the event, such as `script[0].event.goal`.
     ///
     /// # Errors
-    /// The first parameter that cannot be.
+    /// The first invalid parameter.
     fn check(&self, key: &str, at_s: NonNegative, given: &Given<'_>) -> Result<(), SceneError>;
 
-    /// Writes what happens at `at_s` into the scene's script, and what it needs into the scene.
+    /// Writes the event at `at_s` into the scene's script, and the obstacles that it needs into the scene.
     fn write(&self, at_s: NonNegative, scene: &mut Scene);
 }
 
-/// What a scenario gives, for the checks of events.
+/// The given parts of a scenario, against which events check their parameters.
 #[derive(Debug)]
 pub struct Given<'a> {
     /// The known map alone.
@@ -62,13 +62,13 @@ impl ScriptEntry {
     /// Checks entry `number` of the script.
     ///
     /// # Errors
-    /// The first parameter that cannot be.
+    /// The first invalid parameter.
     pub(super) fn check(&self, number: usize, given: &Given<'_>) -> Result<(), SceneError> {
         self.event.kind().check(&format!("script[{number}].event.{}", self.event.name()), self.at_s, given)
     }
 }
 
-/// Turns the entries of a script into events by time; what happens at the same time happens in the order of the file.
+/// Turns the entries of a script into events in the order of their times; ties keep the order of the file.
 pub(super) fn write(entries: &[ScriptEntry], scene: &mut Scene) {
     for ScriptEntry { at_s, event } in entries {
         event.kind().write(*at_s, scene);
@@ -76,13 +76,12 @@ pub(super) fn write(entries: &[ScriptEntry], scene: &mut Scene) {
     scene.script.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
 }
 
-/// Something that happens at the beginning of a tick, before the robot senses: of the first that does not begin before
-/// its time.
+/// An event. It happens at the beginning of the first tick that does not begin before its time, before the robot senses.
 #[derive(Clone, Debug)]
 pub struct Event {
-    /// When, s after the beginning of the episode.
+    /// Time, s after the beginning of the episode.
     pub at_s: f64,
-    /// What.
+    /// The change that it makes.
     pub change: Change,
 }
 
@@ -91,7 +90,7 @@ impl Event {
         Self { at_s: time_s.get(), change }
     }
 
-    /// Whether it has happened once a tick has begun at `time_s`.
+    /// Whether it is due by the beginning of a tick at `time_s`.
     pub(super) fn is_due(&self, time_s: f64) -> bool {
         self.at_s <= time_s + TIME_SLACK_S
     }
@@ -102,24 +101,24 @@ impl Event {
     }
 }
 
-/// What an event changes. Obstacles and movers are numbered as in the scene, from 0.
+/// The change that an event makes. Obstacles and movers are numbered as in the scene, from 0.
 #[derive(Clone, Debug)]
 pub struct Change(Arc<dyn Effect>);
 
-/// What every change can do.
+/// Behaviour of every change.
 pub(super) trait Effect: Debug + Send + Sync {
     /// Makes the change.
     fn apply(&self, world: &mut World<'_>);
 
-    /// Takes the change into a fingerprint.
+    /// Adds the change to a fingerprint.
     fn digest(&self, digest: &mut Digest);
 
-    /// Whether the shortest way from start to goal may be another one afterwards.
+    /// Whether the change may alter the shortest way from start to goal.
     fn moves_the_task(&self) -> bool {
         false
     }
 
-    /// Where the goal is from then on, grid frame, if the change moves it.
+    /// The new goal, grid frame, m, if the change moves it.
     fn goal(&self) -> Option<Vec2> {
         None
     }
@@ -134,12 +133,12 @@ impl Change {
         self.0.apply(world);
     }
 
-    /// Whether the shortest way from start to goal may be another one afterwards.
+    /// Whether the change may alter the shortest way from start to goal.
     pub fn moves_the_task(&self) -> bool {
         self.0.moves_the_task()
     }
 
-    /// Where the goal is from then on, grid frame, m, if the change moves it.
+    /// The new goal, grid frame, m, if the change moves it.
     pub fn goal_moved_to(&self) -> Option<Vec2> {
         self.0.goal()
     }

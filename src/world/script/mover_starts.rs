@@ -1,4 +1,4 @@
-//! A mover goes on with what it did.
+//! Event: a mover that was stopped resumes its motion.
 
 use super::movers::{self, event_of_a_mover};
 use super::{Change, Event, EventKind, Given};
@@ -9,7 +9,7 @@ use crate::world::scene::{Scene, SceneError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "a mover goes on with what it did" };
 
 event_of_a_mover!(Order::Halt, |mover| Change::halt(mover, false));

@@ -1,4 +1,4 @@
-//! A mover stands.
+//! Event: a mover stops.
 
 use super::movers::{self, event_of_a_mover};
 use super::{Change, Event, EventKind, Given};
@@ -9,7 +9,7 @@ use crate::world::scene::{Scene, SceneError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "a mover stands" };
 
 event_of_a_mover!(Order::Halt, |mover| Change::halt(mover, true));

@@ -1,4 +1,4 @@
-//! A mover is gone.
+//! Event: a mover vanishes.
 
 use super::movers::{self, event_of_a_mover};
 use super::{Change, Event, EventKind, Given};
@@ -9,7 +9,7 @@ use crate::world::scene::{Scene, SceneError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "a mover is gone" };
 
 event_of_a_mover!(Order::Presence, |mover| Change::mover(mover, false));

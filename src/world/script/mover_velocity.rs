@@ -1,4 +1,4 @@
-//! A mover that goes straight on has another velocity from now on.
+//! Event: a mover that goes straight on takes another velocity.
 
 use super::{Change, Effect, Event, EventKind, Given, movers};
 use crate::geometry::Vec2;
@@ -10,7 +10,7 @@ use crate::world::truth::World;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "a mover that goes straight on has another velocity from now on" };
 
 /// Which mover, and how it moves.
@@ -34,7 +34,7 @@ impl EventKind for Params {
     }
 }
 
-/// A mover has another velocity.
+/// The change that gives a mover another velocity.
 #[derive(Debug)]
 struct Velocity {
     number: usize,
@@ -42,7 +42,7 @@ struct Velocity {
 }
 
 impl Change {
-    /// Mover `number` has another velocity from now on, m/s, grid frame.
+    /// Gives mover `number` the velocity `velocity`, m/s, grid frame.
     pub fn velocity(number: usize, velocity: Vec2) -> Self {
         Self::new(Velocity { number, velocity })
     }

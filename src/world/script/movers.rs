@@ -1,4 +1,4 @@
-//! What events of movers have in common.
+//! Parts that the events of movers share.
 
 use super::{Change, Effect, Given};
 use crate::settings::quantity::CountOrZero;
@@ -6,7 +6,7 @@ use crate::world::obstacles::moving::Order;
 use crate::world::scene::{Digest, SceneError};
 use crate::world::truth::World;
 
-/// Checks that there is a mover of that number which takes the order.
+/// Checks that a mover of that number exists and takes the order.
 pub(super) fn check(key: &str, mover: CountOrZero, order: Order, given: &Given<'_>) -> Result<(), SceneError> {
     let (mover, count) = (mover.get(), given.movers.len());
     let message = match given.movers.get(mover as usize).map(|kind| kind.refuses(order)) {
@@ -41,14 +41,14 @@ macro_rules! event_of_a_mover {
 }
 pub(super) use event_of_a_mover;
 
-/// A mover is there or not.
+/// The change that makes a mover appear or vanish.
 #[derive(Debug)]
 struct Presence {
     number: usize,
     present: bool,
 }
 
-/// A mover stands, or does again what it did before.
+/// The change that stops a mover or lets it resume its motion.
 #[derive(Debug)]
 struct Halt {
     number: usize,
@@ -56,12 +56,12 @@ struct Halt {
 }
 
 impl Change {
-    /// Mover `number` is there or not from now on; while it is away it stays where it was.
+    /// Makes mover `number` appear or vanish; while it is absent it stays where it was.
     pub fn mover(number: usize, present: bool) -> Self {
         Self::new(Presence { number, present })
     }
 
-    /// Mover `number` stands, or does again what it did before.
+    /// Stops mover `number` or lets it resume its motion.
     pub fn halt(number: usize, halted: bool) -> Self {
         Self::new(Halt { number, halted })
     }

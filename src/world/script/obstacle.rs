@@ -1,4 +1,4 @@
-//! An obstacle that stands still appears: an aisle is blocked. On no map; the robot knows of it when it senses it.
+//! Event: an obstacle that stands still appears, to block an aisle. It is on no map; the robot knows of it once it senses it.
 
 use super::{Change, Effect, Event, EventKind, Given};
 use crate::settings::Entry;
@@ -10,7 +10,7 @@ use crate::world::truth::World;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "an obstacle that stands still appears" };
 
 /// Where, what, how long.
@@ -52,7 +52,7 @@ impl EventKind for Params {
     }
 }
 
-/// An unknown static is there or not.
+/// The change that makes an unknown static appear or vanish.
 #[derive(Debug)]
 struct Presence {
     number: usize,
@@ -60,7 +60,7 @@ struct Presence {
 }
 
 impl Change {
-    /// Obstacle `number` among the unknown statics is there or not from now on. One that appears on the robot hits it.
+    /// Makes obstacle `number` among the unknown statics appear or vanish. One that appears on the robot hits it.
     pub fn obstacle(number: usize, present: bool) -> Self {
         Self::new(Presence { number, present })
     }

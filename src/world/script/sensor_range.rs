@@ -1,4 +1,4 @@
-//! The sensor for obstacles reaches farther or less far.
+//! Event: the range of the sensor for obstacles changes.
 
 use super::{Change, Effect, Event, EventKind, Given};
 use crate::settings::Entry;
@@ -8,7 +8,7 @@ use crate::world::truth::World;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "the sensor for obstacles reaches farther or less far" };
 
 /// How far.
@@ -29,12 +29,12 @@ impl EventKind for Params {
     }
 }
 
-/// The sensor has another range, m.
+/// The change that sets the range of the sensor, m.
 #[derive(Debug)]
 struct SensorRange(f64);
 
 impl Change {
-    /// The sensor for obstacles has another range from now on, m.
+    /// Sets the range of the sensor for obstacles, m.
     pub fn sensor_range(range_m: f64) -> Self {
         Self::new(SensorRange(range_m))
     }

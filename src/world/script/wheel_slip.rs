@@ -1,4 +1,4 @@
-//! The wheels lose other shares of their speed to the ground: see `actuation`.
+//! Event: the slip of the wheels changes; see `actuation`.
 
 use super::{Change, Effect, Event, EventKind, Given};
 use crate::settings::Entry;
@@ -8,7 +8,7 @@ use crate::world::truth::World;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "the wheels lose other shares of their speed to the ground" };
 
 /// How much.
@@ -38,7 +38,7 @@ impl EventKind for Params {
     }
 }
 
-/// The wheels slip by other shares.
+/// The change that sets the slip of the wheels.
 #[derive(Debug)]
 struct WheelSlip {
     left: [Fraction; 2],

@@ -44,14 +44,14 @@ impl Default for LidarSpec {
 pub(super) struct Lidar {
     spec: LidarSpec,
     fov_rad: f64,
-    /// One stream for each block of rays; none without noise.
+    /// One stream for each block of rays; empty without noise.
     streams: Vec<Stream>,
     pub(super) ranges_m: Vec<f64>,
 }
 
-/// Rays that draw from one stream: six words each, of the 4096 that a stream has for a tick.
+/// Number of rays that draw from one stream: each takes six of the 4096 words that a stream has for a tick.
 const RAYS_PER_STREAM: usize = 512;
-/// Number of the first stream of the scanner; obstacles have those from 0 on.
+/// Number of the scanner's first stream; the streams of obstacles are numbered from 0.
 const FIRST_LIDAR_STREAM: u64 = 1 << 32;
 
 impl Lidar {
@@ -67,7 +67,7 @@ impl Lidar {
         }
     }
 
-    /// Bearings of the rays: the first, and from one to the next, rad.
+    /// Bearing of the first ray and step from one ray to the next, rad.
     pub(super) fn bearings_rad(&self) -> (f64, f64) {
         let step = self.fov_rad / self.ranges_m.len() as f64;
         (0.5 * step - 0.5 * self.fov_rad, step)

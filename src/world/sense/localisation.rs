@@ -1,4 +1,4 @@
-//! Where the robot believes to be.
+//! The believed pose of the robot.
 
 use crate::geometry::{Pose, Vec2, wrap_angle};
 use crate::rng::{EpisodeSeed, Purpose, Stream};
@@ -31,7 +31,7 @@ impl Default for LocalisationSpec {
     }
 }
 
-/// Where the robot believes to be.
+/// The believed pose of the robot.
 #[derive(Clone, Debug)]
 pub(super) struct Localisation {
     spec: LocalisationSpec,
@@ -55,7 +55,7 @@ impl Localisation {
         }
     }
 
-    /// The believed pose at `tick` for the true pose `pose`: to be asked once a tick, in order.
+    /// The believed pose at `tick` for the true pose `pose`. Must be called once a tick, in order.
     pub(super) fn believe(&mut self, pose: Pose, tick: u32) -> Pose {
         if self.is_exact {
             return pose;

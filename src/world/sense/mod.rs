@@ -1,4 +1,4 @@
-//! What the robot perceives: where it is, obstacles and ranges, with all that stands between them and the truth.
+//! Perception: the believed pose, sensed obstacles and scanner ranges, with their noise, delay and occlusion.
 
 mod lidar;
 mod localisation;
@@ -20,20 +20,20 @@ pub use localisation::LocalisationSpec;
 pub use sensor::SensingSpec;
 pub(super) use sensor::Surroundings;
 
-/// What the robot perceives in one episode.
+/// Perception of the robot in one episode.
 #[derive(Debug)]
 pub(super) struct Perception {
     sensor: Sensor,
     lidar: Option<Lidar>,
     localisation: Localisation,
-    /// Where the robot believes to be at the beginning of this tick.
+    /// Believed pose at the beginning of this tick.
     pub(super) believed: Pose,
     /// Each unknown static as the robot believes it, if it knows of it, and how many it knows.
     known: Vec<Option<UnknownStatic>>,
     known_count: u32,
 }
 
-/// From where something is to where a robot places it that may be wrong about its own pose.
+/// Map from the true place of an obstacle to the place where a robot with a wrong believed pose puts it.
 #[derive(Clone, Copy)]
 struct Placing {
     eye: Pose,
@@ -78,17 +78,17 @@ impl Perception {
         self.sensor.set_range_m(range_m);
     }
 
-    /// Makes up the robot's mind where it is at `tick`, given its true pose: to be asked once a tick, in order.
+    /// Updates the believed pose at `tick`, given the true pose. Must be called once a tick, in order.
     pub(super) fn believe(&mut self, pose: Pose, tick: u32) {
         self.believed = self.localisation.believe(pose, tick);
     }
 
-    /// Unknown statics that the robot knows of by now.
+    /// Number of unknown statics that the robot knows of by now.
     pub(super) fn seen_statics(&self) -> u32 {
         self.known_count
     }
 
-    /// What the scanner measured when the robot last sensed.
+    /// The scan of the last time that the robot sensed.
     pub(super) fn scan(&self) -> Option<Scan<'_>> {
         self.lidar.as_ref().map(|lidar| {
             let (bearing_first_rad, bearing_step_rad) = lidar.bearings_rad();
@@ -138,7 +138,7 @@ impl Perception {
         }
     }
 
-    /// Looks whether unknown static `number` is where the robot believes it to be, or is not.
+    /// Senses unknown static `number`: whether it is where the robot believes it to be, or gone.
     fn sense_static(
         &mut self,
         scene: &Surroundings<'_>,

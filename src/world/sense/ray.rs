@@ -1,4 +1,4 @@
-//! Rays: how far one sees in a direction.
+//! Rays: the free distance in a direction.
 
 use crate::geometry::Vec2;
 use crate::math;
@@ -6,8 +6,8 @@ use crate::world::obstacles::unknown_static::UnknownStatic;
 use crate::world::statics::StaticMap;
 
 impl StaticMap {
-    /// Distance from `from` (grid frame) along the unit vector `unit` to the first occupied square or the map's edge, m;
-    /// `range_m` where neither is nearer. 0 inside an occupied square and outside the map.
+    /// Distance from `from` (grid frame) along the unit vector `unit` to the first occupied square or the map's edge, m,
+    /// at most `range_m`. 0 inside an occupied square and outside the map.
     ///
     /// Walks from cell to cell (Amanatides and Woo, 1987). The crossing of every grid line is computed from the ray's origin,
     /// so nothing adds up. A ray through a vertex goes on in the row above or below.
@@ -43,7 +43,7 @@ impl StaticMap {
 }
 
 impl UnknownStatic {
-    /// Distance along a ray to the obstacle, m: 0 inside it, infinity where the ray misses it or it is away.
+    /// Distance along a ray to the obstacle, m: 0 inside it, infinity if the ray misses it or it is absent.
     pub(super) fn cast_ray(&self, from: Vec2, unit: Vec2) -> f64 {
         if self.is_present() { self.outline().cast_ray(self.pose().position, from, unit) } else { f64::INFINITY }
     }

@@ -1,4 +1,4 @@
-//! The sensor for obstacles: which it perceives, and how.
+//! The sensor for obstacles: which ones it perceives, and with what errors.
 
 use super::lidar::LidarSpec;
 use crate::geometry::{Pose, Vec2, direction};
@@ -52,14 +52,14 @@ impl Default for SensingSpec {
 }
 
 impl SensingSpec {
-    /// Whether what is sensed depends on chance.
+    /// Whether the sensor has noise or misses obstacles at random.
     fn is_noisy(&self) -> bool {
         let noise = [self.range_noise_m, self.bearing_noise_rad, self.velocity_noise_mps];
         noise.iter().any(|noise| noise.get() > 0.0) || self.miss_probability.get() > 0.0
     }
 }
 
-/// Slack of a line of sight, m: what rounding may take from the distance to the point that is looked at.
+/// Slack of a line of sight, m: bound of the rounding error in the distance to the point that is looked at.
 const SIGHT_SLACK_M: f64 = 1e-6;
 
 /// Number of an obstacle's stream: unknown statics first, then movers; the map has none.
@@ -67,10 +67,10 @@ fn stream_number(bodies: Bodies, body: Body) -> Option<usize> {
     bodies.index(body).checked_sub(1)
 }
 
-/// How an obstacle is perceived at one tick.
+/// Errors with which an obstacle is perceived at one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sighting {
-    /// From where it is to where it is perceived, m.
+    /// Offset from its true to its perceived position, m.
     pub(super) offset: Vec2,
     /// Error of the velocity, m/s.
     pub(super) velocity_error: Vec2,
@@ -80,10 +80,10 @@ pub(super) struct Sighting {
 #[derive(Clone, Debug)]
 pub(super) struct Sensor {
     spec: SensingSpec,
-    /// In force now.
+    /// Range in force now, m.
     range_m: f64,
     bodies: Bodies,
-    /// One stream for each obstacle, by [`stream_number`]; none without noise.
+    /// One stream for each obstacle, by [`stream_number`]; empty without noise.
     streams: Vec<Stream>,
 }
 
@@ -98,13 +98,13 @@ impl Sensor {
         self.range_m = range_m;
     }
 
-    /// Whether anything but the distance decides if an obstacle is sensed, or how.
+    /// Whether distance alone decides if an obstacle is sensed, and it is sensed without errors.
     fn is_plain(&self) -> bool {
         self.spec.field_of_view_rad.is_none() && !self.spec.occlusion && self.streams.is_empty()
     }
 
-    /// How the obstacle `body` of `scene` is perceived from `eye`; `None` if it is not. `gap_m` is the distance of its
-    /// surface, `nearest` the point of it that is nearest.
+    /// The errors with which the obstacle `body` of `scene` is perceived from `eye`; `None` if it is not perceived. `gap_m` is the
+    /// distance to its surface, `nearest` the nearest point of it.
     pub(super) fn look(
         &mut self,
         scene: &Surroundings<'_>,
@@ -148,7 +148,7 @@ impl Sensor {
     }
 }
 
-/// What can be in the way of a look.
+/// The obstacles that can hide others.
 #[derive(Clone, Copy)]
 pub(in crate::world) struct Surroundings<'a> {
     pub(in crate::world) statics: Statics<'a>,

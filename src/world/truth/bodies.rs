@@ -11,17 +11,17 @@ pub(in crate::world) enum Body {
     Mover(usize),
 }
 
-/// How many bodies of each sort a scene has.
+/// Number of bodies of each sort in a scene.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::world) struct Bodies {
-    /// Unknown statics.
+    /// Number of unknown statics.
     pub(in crate::world) unknown: usize,
-    /// Movers.
+    /// Number of movers.
     pub(in crate::world) movers: usize,
 }
 
 impl Bodies {
-    /// How many there are, the map among them.
+    /// Number of all bodies, the map included.
     pub(in crate::world) fn count(self) -> usize {
         1 + self.unknown + self.movers
     }

@@ -10,7 +10,7 @@ use crate::math;
 /// Contacts shallower than this may be stepped over, m; half of the promised millimetre.
 const GRAZE_M: f64 = 0.5e-3;
 
-/// How far below the truth the lowest clearance may be reported, m.
+/// Largest error by which the lowest clearance may be reported below the truth, m.
 const PRECISION_M: f64 = 1e-3;
 
 /// Halvings of the interval that brackets a contact: 0.1 s · 2⁻⁴⁵ is 3 femtoseconds.

@@ -47,17 +47,17 @@ pub struct Step {
 /// A first contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// What the robot touched.
+    /// The kind of obstacle that the robot touched.
     pub with: ObstacleKind,
     /// Moment within the tick, s.
     pub time_s: f64,
-    /// Whether the robot stood still: slower than 0.01 m/s and 0.02 rad/s.
+    /// Whether the robot stood still: below 0.01 m/s and below 0.02 rad/s.
     pub at_rest: bool,
     /// True pose at the contact, grid frame.
     pub pose: Pose,
 }
 
-/// What the robot touched.
+/// The kind of obstacle that the robot touched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ObstacleKind {
     /// A cell of the known map.
@@ -93,21 +93,21 @@ pub struct World<'s> {
     perception: Perception,
     drivetrain: Drivetrain,
     movers: Movers,
-    /// The scene's unknown statics, there or not as the script has it.
+    /// The scene's unknown statics, present or absent by the script.
     unknown: Vec<UnknownStatic>,
     gaps: Gaps,
     physics: Physics,
 }
 
-/// How far the episode has come.
+/// Progress of the episode.
 #[derive(Clone, Copy, Debug)]
 struct Clock {
     tick: u32,
-    /// How long a tick lasts, s.
+    /// Duration of a tick, s.
     period_s: f64,
     /// Whether this tick's changes have been made.
     has_begun: bool,
-    /// Events of the script that have happened.
+    /// Number of events of the script that have happened.
     events: usize,
 }
 
@@ -118,7 +118,7 @@ impl Clock {
     }
 }
 
-/// Where the robot is and how it moves.
+/// State of the robot: its pose and twists.
 #[derive(Clone, Copy, Debug)]
 struct RobotState {
     pose: Pose,
@@ -131,7 +131,7 @@ struct RobotState {
 struct Movers {
     states: Vec<Mover>,
     drivers: Vec<Driver>,
-    /// Where each is at every moment of this tick.
+    /// Position of each mover at every moment of this tick.
     courses: Vec<Course>,
 }
 
@@ -139,9 +139,9 @@ struct Movers {
 #[derive(Debug)]
 struct Gaps {
     now_m: PerBody<f64>,
-    /// At the beginning of the last tick.
+    /// Gaps at the beginning of the last tick.
     before_m: PerBody<f64>,
-    /// The lowest of the episode so far.
+    /// The lowest gap of the episode so far.
     lowest_m: f64,
 }
 
@@ -151,7 +151,7 @@ impl Gaps {
         Self { now_m: gaps_m.clone(), before_m: gaps_m, lowest_m: f64::INFINITY }
     }
 
-    /// The last tick's end becomes the beginning of this one.
+    /// Makes the gaps at the end of the last tick those at the beginning of this one.
     fn advance(&mut self) {
         core::mem::swap(&mut self.now_m, &mut self.before_m);
     }
@@ -207,7 +207,7 @@ impl<'s> World<'s> {
         world
     }
 
-    /// Puts everything back to before the first tick.
+    /// Resets the world to its state before the first tick.
     pub fn reset(&mut self) {
         *self = Self::new(self.scene, self.robot, &self.conditions);
     }
@@ -227,17 +227,17 @@ impl<'s> World<'s> {
         self.state.twist
     }
 
-    /// Twist of the robot's wheels during the last tick: what it believes its twist to be.
+    /// Twist of the robot's wheels during the last tick, which is its believed twist.
     pub fn odometry(&self) -> Twist {
         self.drivetrain.wheels
     }
 
-    /// Where the robot is to go now, grid frame.
+    /// The goal in force, grid frame.
     pub fn goal(&self) -> Vec2 {
         self.goal
     }
 
-    /// What the scanner measured at the beginning of this tick, after [`Self::sense`].
+    /// The scan at the beginning of this tick, after [`Self::sense`].
     pub fn scan(&self) -> Option<Scan<'_>> {
         self.perception.scan()
     }
@@ -252,13 +252,13 @@ impl<'s> World<'s> {
         smallest(&self.gaps.now_m)
     }
 
-    /// Unknown statics that the robot knows of by now.
+    /// Number of unknown statics that the robot knows of by now.
     pub fn seen_statics(&self) -> u32 {
         self.perception.seen_statics()
     }
 
-    /// Makes the changes with which this tick begins, once: the script's events, movers that set out another way, appear or
-    /// vanish, what the robot believes of itself.
+    /// Makes the changes with which this tick begins, once: the script's events, movers that turn, appear or
+    /// vanish, the robot's believed pose.
     fn begin_tick(&mut self) {
         if core::mem::replace(&mut self.clock.has_begun, true) {
             return;
@@ -279,7 +279,7 @@ impl<'s> World<'s> {
         self.perception.believe(self.state.pose, self.clock.tick);
     }
 
-    /// An unknown static is there or not from now on.
+    /// Makes an unknown static appear or vanish.
     pub(super) fn set_obstacle_presence(&mut self, number: usize, present: bool) {
         let obstacle = &mut self.unknown[number];
         obstacle.set_presence(present);
@@ -287,13 +287,13 @@ impl<'s> World<'s> {
         self.gaps.now_m[Body::Unknown(number)] = obstacle.gap_m(&self.robot.body(self.state.pose));
     }
 
-    /// A mover is there or not from now on.
+    /// Makes a mover appear or vanish.
     pub(super) fn set_mover_presence(&mut self, number: usize, present: bool) {
         self.movers.states[number].present = present;
         self.note_presence(number);
     }
 
-    /// A mover has appeared or vanished.
+    /// Updates the gaps after a mover has appeared or vanished.
     fn note_presence(&mut self, number: usize) {
         let mover = &self.movers.states[number];
         self.movers.courses[number] = Course::standing(mover.position);
@@ -302,35 +302,35 @@ impl<'s> World<'s> {
         self.gaps.now_m[Body::Mover(number)] = gap_m;
     }
 
-    /// A mover stands from now on, or goes on.
+    /// Stops a mover or lets it go on.
     pub(super) fn halt_mover(&mut self, number: usize, halted: bool) {
         self.movers.drivers[number].halted = halted;
     }
 
-    /// A mover has another velocity from now on, m/s, grid frame.
+    /// Gives a mover another velocity, m/s, grid frame.
     pub(super) fn set_mover_velocity(&mut self, number: usize, velocity: Vec2) {
         self.movers.drivers[number].set_velocity(&mut self.movers.states[number], velocity);
     }
 
-    /// The goal is elsewhere from now on, grid frame, m.
+    /// Moves the goal, grid frame, m.
     pub(super) fn set_goal(&mut self, goal: Vec2) {
         self.goal = goal;
     }
 
-    /// The sensor for obstacles has another range from now on, m.
+    /// Sets the range of the sensor for obstacles, m.
     pub(super) fn set_sensor_range_m(&mut self, range_m: f64) {
         self.perception.set_range_m(range_m);
     }
 
-    /// The wheels slip by other shares from now on.
+    /// Sets the slip of the wheels.
     pub(super) fn set_wheel_slip(&mut self, left: [Fraction; 2], right: [Fraction; 2]) {
         self.drivetrain.set_slip(left, right);
     }
 
-    /// Senses: writes the movers in range to `sensed` (the scene's order), and what is new of the unknown statics to
-    /// `belief`: every cell that one touches where it is perceived, or that one no longer touches that is seen to be gone.
+    /// Senses: writes the movers in range to `sensed` (the scene's order) and changes of the unknown statics to
+    /// `belief`: it adds every cell touched by one at its perceived place, and frees the cells of one that is seen to be gone.
     ///
-    /// What is perceived, and how, [`SensingSpec`](super::SensingSpec) says.
+    /// [`SensingSpec`](super::SensingSpec) says which obstacles are perceived, and with what errors.
     pub fn sense(&mut self, belief: &mut Belief, sensed: &mut Vec<SensedObstacle>) {
         self.begin_tick();
         let statics = Statics { map: &self.scene.map, unknown: &self.unknown };
@@ -389,8 +389,8 @@ impl<'s> World<'s> {
 }
 
 impl Gaps {
-    /// When and what the robot touches first in a tick of `lasts_s` seconds; the end of the tick, and nothing, if it touches
-    /// nothing. Ties go to the first body.
+    /// Time and body of the robot's first contact in a tick of `lasts_s` seconds; the end of the tick and `None` without a
+    /// contact. Ties go to the first body.
     fn first_contact(&self, tick: &Tick<'_>, lasts_s: f64) -> (f64, Option<Body>) {
         let (mut end_s, mut touched) = (lasts_s, None);
         for ((body, &before_m), (_, &now_m)) in self.before_m.iter().zip(self.now_m.iter()) {
@@ -408,7 +408,7 @@ impl Gaps {
         (end_s, touched)
     }
 
-    /// A lower bound of the clearance from the beginning of the tick to `end_s`, noted for the episode.
+    /// A lower bound of the clearance from the beginning of the tick to `end_s`, m; also updates the lowest of the episode.
     fn lowest(&mut self, tick: &Tick<'_>, end_s: f64) -> f64 {
         let mut low = smallest(&self.now_m);
         let mut seen = math::min(smallest(&self.before_m), low);

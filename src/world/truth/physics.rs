@@ -50,7 +50,7 @@ impl Physics {
         Self { world: physics, robot, movers, unknown }
     }
 
-    /// An unknown static appears or vanishes.
+    /// Makes an unknown static appear or vanish.
     pub(super) fn set_presence(&mut self, number: usize, present: bool) {
         self.world.colliders[self.unknown[number]].set_enabled(present);
     }

@@ -45,8 +45,8 @@ impl Tick<'_> {
         }
     }
 
-    /// How fast the gap to a body can shrink at most, m/s: no point of a disc moves against its outline as it turns, a
-    /// corner does.
+    /// Highest rate at which the gap to a body can shrink, m/s. Turning moves the corners of a polygon towards a body, but not the
+    /// outline of a disc.
     pub(super) fn rate(&self, body: Body) -> f64 {
         let other = match body {
             Body::Map | Body::Unknown(_) => 0.0,
@@ -57,7 +57,7 @@ impl Tick<'_> {
         self.twist.v.abs() + other + turning
     }
 
-    /// What the robot touches where it touches a body at `time_s`.
+    /// The kind of obstacle that the robot touches when it touches `body` at `time_s`.
     pub(super) fn kind(&self, body: Body, time_s: f64) -> ObstacleKind {
         match body {
             Body::Map => {

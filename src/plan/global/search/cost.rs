@@ -1,37 +1,37 @@
-//! Costs of paths, and estimates of what is left.
+//! Costs of paths, and estimates of the remaining cost.
 
 use crate::map::Cell;
 use crate::math::{SQRT_2, hypot};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How a search keeps the cost of a path, in cells.
+/// Representation of the cost of a path, in cells.
 pub(in super::super) trait Cost: Copy {
-    /// The cost of the path that is the start alone.
+    /// Cost of the path that consists of the start alone.
     const ZERO: Self;
 
-    /// The cost after one more step to a neighbour, which counts `factor` times.
+    /// Cost after one more step to a neighbour; the step counts `factor` times.
     fn stepped(self, is_diagonal: bool, factor: u32) -> Self;
 
     /// The cost as a number, in cells.
     fn value(self) -> f64;
 
-    /// What a node keeps of its cost: enough to tell a cheaper connection.
+    /// The part of the cost that a node keeps: enough to recognise a cheaper connection.
     type Kept: Copy + Default + core::fmt::Debug;
 
-    /// What a node keeps of the cost.
+    /// The part of this cost that a node keeps.
     fn kept(self) -> Self::Kept;
 
-    /// Whether it is less than what a node has kept.
+    /// Whether this cost is less than the kept cost of a node.
     fn is_below(self, kept: Self::Kept) -> bool;
 
-    /// What a node keeps to know the one that it is connected to.
+    /// The part of its parent that a node keeps.
     type Parent: Copy + Default + core::fmt::Debug;
 
-    /// The same for the node of an index.
+    /// The kept parent for the node of an index.
     fn parent(index: u32) -> Self::Parent;
 
-    /// The index of the node that one is connected to, given the index of its neighbour that it was reached from.
+    /// Index of the parent of a node, given the index of the neighbour from which the node was reached.
     fn parent_index(parent: Self::Parent, neighbour: u32) -> u32;
 }
 
@@ -143,7 +143,7 @@ impl Cost for Steps {
         self.value() < kept.value()
     }
 
-    /// Nothing: it is the neighbour.
+    /// Nothing is kept: the parent is always the neighbour.
     type Parent = ();
 
     fn parent(_: u32) {}
@@ -175,7 +175,7 @@ impl Cost for f64 {
         self < kept
     }
 
-    /// Its index.
+    /// Index of the parent.
     type Parent = u32;
 
     fn parent(index: u32) -> u32 {

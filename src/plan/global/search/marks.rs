@@ -2,16 +2,16 @@
 
 use crate::plan::PlanningGrid;
 
-/// The nodes that a search has met, for searches that want to know no more of them.
+/// The set of nodes that a search has met, for searches that need no other record of them.
 #[derive(Debug, Default)]
 pub(in super::super) struct Marks {
-    /// The search in which each node was marked last; 0 for none.
+    /// Number of the search in which each node was marked last; 0 for none.
     marked_in: Vec<u32>,
     search: u32,
 }
 
 impl Marks {
-    /// Takes away all marks, and makes room for the nodes of `grid`.
+    /// Removes all marks, and makes room for the nodes of `grid`.
     pub fn begin(&mut self, grid: &PlanningGrid) {
         if self.search == u32::MAX {
             self.marked_in.clear();
@@ -23,7 +23,7 @@ impl Marks {
         }
     }
 
-    /// Marks a node; whether it was not marked before.
+    /// Marks a node; returns whether it was unmarked before.
     pub fn mark(&mut self, index: u32) -> bool {
         core::mem::replace(&mut self.marked_in[index as usize], self.search) != self.search
     }

@@ -73,13 +73,13 @@ impl Move {
         })
     }
 
-    /// The move that brings a cell nearer to another in both coordinates, as far as they differ; none where they are one.
+    /// The move from one cell that lessens every coordinate difference to another; `None` if the cells are equal.
     pub fn towards(from: Cell, to: Cell) -> Option<Self> {
         let signs = ((to.col - from.col).signum(), (to.row - from.row).signum());
         Self::ALL.into_iter().find(|step| (D_COL[step.direction()], D_ROW[step.direction()]) == signs)
     }
 
-    /// Whether it leads through a vertex.
+    /// Whether the move is diagonal: it leads through a vertex.
     pub const fn is_diagonal(self) -> bool {
         self as u8 & 1 != 0
     }
@@ -149,7 +149,7 @@ impl Moves {
     }
 }
 
-/// The row of a [`MoveTable`] of nodes that no move led to.
+/// Row of a [`MoveTable`] for nodes to which no move led.
 const NO_MOVE: usize = 8;
 
 /// Sets of moves by the move that led to a node (or [`NO_MOVE`]) and its passable neighbours. A look into the
@@ -216,7 +216,7 @@ impl MoveTable {
 }
 
 impl CornerRule {
-    /// The allowed ones of eight moves, given which neighbours are passable.
+    /// The moves that the rule allows, given the passable neighbours as bits.
     const fn allows(self, passable: u8) -> u8 {
         // A diagonal move's two neighbours are the directions before and after it.
         let (before, after) = (passable.rotate_left(1), passable.rotate_right(1));

@@ -19,24 +19,24 @@ const BUCKETS_PER_CELL: u64 = 128;
 /// Buckets ahead of the one in turn, 4 cells of f: more than a step can add to f with a consistent heuristic.
 const RING: usize = 512;
 
-/// What a rule says of a node that is about to be pushed: its f, in the form that the rule has it in.
+/// f of a node that is about to be pushed, in the form in which the rule computes it.
 pub(in super::super) trait Priority<C: Cost> {
-    /// The form of the entries.
+    /// Type of the entries in the open list.
     type Entry: Entry;
 
     /// The entry of a node that is reached at cost `g`, given its row-major index.
     fn entry(self, g: C, index: u32) -> Self::Entry;
 
-    /// Whether an entry is not known to have been pushed with another cost than the node has now.
+    /// Whether an entry may be current: `false` if it was surely pushed with another cost than the node has now.
     fn may_have_cost(entry: Self::Entry, kept: C::Kept) -> bool;
 
-    /// The cost of a node whose best entry it is, given the estimate of what is left.
+    /// Cost of the node whose best entry this is; `estimate` gives h.
     fn cost(entry: Self::Entry, kept: C::Kept, estimate: impl FnOnce() -> C) -> C;
 }
 
-/// A node's place in the order: the smallest is the best.
+/// A node's key in the order: the smallest is the best.
 pub(in super::super) trait Entry: Copy + Ord {
-    /// Number of its bucket; it does not fall where f rises.
+    /// Number of its bucket; it never decreases as f increases.
     fn bucket(self) -> u64;
 
     /// Row-major index of the node.
@@ -46,9 +46,9 @@ pub(in super::super) trait Entry: Copy + Ord {
 /// f where it is a number of steps, for searches that never find a closed node cheaper.
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct WholeSteps {
-    /// The smallest is expanded first.
+    /// f: the node with the smallest f is expanded first.
     pub f: Ticks,
-    /// Part of it: the estimate of what is left.
+    /// h, the part of f that estimates the remaining cost.
     pub h: Ticks,
 }
 
@@ -146,7 +146,7 @@ fn number(ordered: u64) -> f64 {
 
 /// The open list. Cheaper entries of a node are pushed beside the old ones, not moved.
 pub(in super::super) trait OpenList: Default {
-    /// What it holds.
+    /// Type of the entries.
     type Entry: Entry;
 
     /// Forgets all entries and keeps their memory.

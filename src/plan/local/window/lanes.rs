@@ -20,11 +20,11 @@ pub(crate) struct Width {
 }
 
 impl Width {
-    /// What runs on any processor.
+    /// The lanes that run on any processor.
     #[cfg(any(test, not(target_arch = "x86_64")))]
     pub(crate) const PLAIN: Self = Self { is_wide: false };
 
-    /// The fastest that this processor has.
+    /// The fastest lanes that this processor has.
     pub(crate) fn widest() -> Self {
         #[cfg(target_arch = "x86_64")]
         return Self { is_wide: std::arch::is_x86_feature_detected!("avx2") };
@@ -64,9 +64,9 @@ pub(super) use on_lanes;
 pub(super) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
     /// The same number in every lane.
     fn splat(number: f32) -> Self;
-    /// From memory.
+    /// Loads the lanes from memory.
     fn load(lane: &Lane) -> Self;
-    /// To memory.
+    /// Stores the lanes to memory.
     fn store(self) -> Lane;
     /// The smaller one of each lane; `other`'s where they are equal.
     fn min(self, other: Self) -> Self;
@@ -74,8 +74,8 @@ pub(super) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Out
     fn where_above(self, limit: Self, share: Self) -> Self;
     /// Whether any lane is not 0.
     fn any(self) -> bool;
-    /// Entry ⌊index⌋ of a table for each lane, one number of the entries after the other. The index comes as 2²³ + index,
-    /// so that it stands in the mantissa; one beyond the table may be any entry or a panic.
+    /// Entry ⌊index⌋ of a table for each lane, transposed: the first numbers of all entries, then the second ones and so on. The
+    /// index comes as 2²³ + index, so that it stands in the mantissa; an index past the table gives an arbitrary entry or panics.
     fn look_up(self, table: &[[f32; 4]]) -> [Self; 4];
 }
 
@@ -257,7 +257,7 @@ mod wide {
         }
     }
 
-    /// Two entries of a table in one vector; both are in it.
+    /// Two entries of a table in one vector; both indices must lie within the table.
     #[inline(always)]
     unsafe fn pair(table: &[[f32; 4]], low: u32, high: u32) -> __m256 {
         unsafe {

@@ -1,10 +1,10 @@
-//! The dynamic window: what every DWA planner here shares.
+//! The dynamic window, shared by all DWA planners here.
 //!
 //! Once per tick [`DynamicWindow::roll`] samples the twists within reach (V_s ∩ V_d), drives each
 //! for the horizon against the believed map and the sensed movers, and says which are
 //! admissible: those that touch nothing and from which the robot can brake in time (V_a). The
-//! planner weighs the admissible ones with [`Score`] and takes the best, or, where there is
-//! none, what [`DynamicWindow::recover`] advises.
+//! planner weighs the admissible ones with [`Score`] and takes the best; if none is admissible it
+//! takes the command of [`DynamicWindow::recover`].
 //!
 //! ```text
 //! V_s = { v_min ≤ v ≤ v_max, |ω| ≤ ω_max }
@@ -64,7 +64,7 @@ pub struct DynamicWindow {
     profile: Vec<f32>,
     track: Vec<[Lane; 2]>,
     discs: Vec<Disc>,
-    /// The footprint beside its inscribed disc; nothing where it is a disc.
+    /// Parts of the footprint outside its inscribed disc; empty for a disc.
     parts: Vec<Part>,
     carried: Vec<[Lane; 2]>,
     turnings: Vec<Turning>,
@@ -93,7 +93,7 @@ impl DynamicWindow {
     /// Whether a window with these settings fits a map and a robot.
     ///
     /// # Errors
-    /// What is too large, in numbers.
+    /// A message that says what is too large, with the numbers.
     pub fn check(settings: &Settings, fit: &Fit<'_>) -> Result<(), String> {
         let (robot, horizon_s) = (fit.robot, settings.horizon_s);
         let speed = math::max(robot.speed_max_mps, robot.reverse_speed_max_mps);
@@ -166,8 +166,7 @@ impl DynamicWindow {
         v * v <= 2.0 * ahead * robot.deceleration_max_mps2 && turns_in_time
     }
 
-    /// The decision for the `best` rollout of this tick, or, where none is admissible, what [`Self::recover`] advises on
-    /// the way to `target`.
+    /// The decision for the `best` rollout of this tick; if none is admissible, the command of [`Self::recover`] towards `target`.
     pub fn decide(&mut self, best: Option<usize>, situation: &Situation<'_>, target: Vec2) -> Decision {
         let (rollouts, rollout_points) = self.simulated();
         if let Some(best) = best {
@@ -184,7 +183,7 @@ impl DynamicWindow {
         }
     }
 
-    /// How many trajectories the rollouts are, and how many poses in all.
+    /// Number of trajectories simulated, and number of their poses.
     fn simulated(&self) -> (u64, u64) {
         let rollouts = self.rollouts.len() as u64;
         (rollouts, rollouts * self.profile.len() as u64)
@@ -195,7 +194,7 @@ impl DynamicWindow {
         ((self.settings.horizon_s / situation.dt_s).round() as usize).max(1)
     }
 
-    /// Drives every twist of the rollouts along the speed profile and fills in what became of it.
+    /// Drives every twist of the rollouts along the speed profile and records its end, clearances and first contact.
     fn simulate(&mut self, situation: &Situation<'_>) {
         let (robot, dt_s) = (situation.robot, situation.dt_s);
         let steps = self.profile.len();
@@ -291,7 +290,7 @@ impl DynamicWindow {
         math::max(cap_m, braking)
     }
 
-    /// Lays the twists out for the kernel, so many to a block.
+    /// Lays the twists out for the kernel, [`LANES`] to a block.
     fn fill_blocks(&mut self, situation: &Situation<'_>, pitch_m: f64) {
         let dt_s = situation.dt_s;
         let zero = [0.0; LANES];
@@ -320,7 +319,7 @@ impl DynamicWindow {
         }
     }
 
-    /// Lays out the discs that cover a footprint that is none itself.
+    /// Lays out the discs covering a polygonal footprint.
     fn fill_parts(&mut self, situation: &Situation<'_>, pitch_m: f64, at: &Anchor) {
         self.parts.clear();
         let Some(footprint) = &situation.robot.footprint else { return };
@@ -333,7 +332,7 @@ impl DynamicWindow {
         }
     }
 
-    /// Lays out the movers that any rollout could come within the cap of.
+    /// Lays out the movers that some rollout could approach to within the cap.
     fn fill_discs(&mut self, situation: &Situation<'_>, pitch_m: f64, reach_m: f64, cap_m: f64) {
         let (dt_s, robot) = (situation.dt_s, situation.robot);
         let horizon_s = self.profile.len() as f64 * dt_s;
@@ -357,13 +356,13 @@ impl DynamicWindow {
     }
 }
 
-/// How near the candidates of a block come to obstacles of one kind, in units of the pitch.
+/// Gaps between the candidates of a block and obstacles of one kind, in units of the pitch.
 struct Gaps {
     /// The least distance between surfaces over the whole rollout.
     least: Lane,
-    /// That at its end.
+    /// The distance between surfaces at the end of the rollout.
     last: Lane,
-    /// Steps before the first one that touches.
+    /// Number of steps before the first contact.
     free_steps: Lane,
 }
 
@@ -387,7 +386,7 @@ impl Gaps {
         }
     }
 
-    /// Drives a disc of the robot, so much larger than the inscribed one, along `track` past all movers.
+    /// Drives a disc of the robot, larger than the inscribed one by `larger`, along `track` past all movers.
     fn pass(&mut self, width: Width, discs: &[Disc], larger: f32, step: &Lane, track: &Track, cap: f32) {
         if discs.is_empty() {
             return;
@@ -404,7 +403,7 @@ fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// What the steps of a candidate share at one yaw rate.
+/// Geometry that all steps of a candidate share at one yaw rate.
 #[derive(Clone, Copy, Debug)]
 struct Turning {
     omega: f64,
@@ -412,7 +411,7 @@ struct Turning {
     first: Vec2,
     /// Cosine and sine of the turn per step.
     turn: Vec2,
-    /// The same of the turn from the direction of the next step to the heading of the pose before it.
+    /// Cosine and sine of the turn from the direction of the next step to the heading of the pose before it.
     lead: Vec2,
     /// Length of a step over v·dt.
     length: f64,
@@ -434,18 +433,18 @@ impl Turning {
     }
 }
 
-/// What the rounding of an `f32` may add up to over a rollout, in units of the pitch.
+/// Bound of the accumulated rounding error of `f32` over a rollout, in units of the pitch.
 const ROUNDING: f64 = 0.05;
 
-/// How far the robot may go any way without touching a believed static with its centre, m, or less; 0 or less at an obstacle.
+/// Lower bound of the distance from the robot's centre to the nearest believed static, m; 0 or less at an obstacle.
 fn free_m(situation: &Situation<'_>) -> f64 {
     let (grid, position) = (situation.belief.grid(), situation.pose.position);
     let cell = grid.cell_at(position);
     situation.belief.field().distance_m(cell) - (grid.centre(cell) - position).norm()
 }
 
-/// The squared distance (units of pitch²) at which a disc of the robot about `centre` (from the robot's) counts as touching
-/// a static: the squared radius, or, where it is believed to be nearer than that already, just less than where it is.
+/// Squared distance (units of pitch²) at or below which a disc of the robot about `centre` (relative to the robot's) counts
+/// as touching a static: the squared radius, or, if the disc is believed to be nearer already, slightly less than its distance.
 fn touching(patch: &Patch, at: &Anchor, centre: [f32; 2], radius_squared: f32) -> f32 {
     /// Room for turning and for the first step from rest, in pitch².
     const SLACK: f32 = 1e-3;

@@ -84,7 +84,7 @@ macro_rules! window_params {
                 }
             }
 
-            /// What these parameters make of the rollouts of one cycle.
+            /// The terms of the objective, by these parameters, for the rollouts of one cycle.
             fn terms<'a>(
                 &self,
                 rollouts: &'a $crate::plan::local::window::Rollouts,

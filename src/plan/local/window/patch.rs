@@ -28,7 +28,7 @@ use crate::observation::Belief;
 /// Largest pitch of the lattice, m. Smaller is more exact and costs its square in building.
 const PITCH_MAX_M: f64 = 0.1;
 
-/// How far the robot may move before a patch is built anew, m. Larger patches are built less often, but cost more.
+/// Distance that the robot may move before a patch is built anew, m. Larger patches are built less often, but cost more.
 const SLACK_M: f64 = 1.0;
 
 /// Most nodes of a patch: numbers up to 2²³ are read from the mantissa of an `f32`.
@@ -49,12 +49,12 @@ pub(super) struct Patch {
     first: [i64; 2],
     /// Number of lattice cells along x and y.
     size: [usize; 2],
-    /// What `forms` was built from; `None` before the first use.
+    /// The inputs from which `forms` was built; `None` before the first use.
     key: Option<Key>,
     build: Build,
 }
 
-/// Everything that the values depend on, within one episode.
+/// Inputs on which the values depend, within one episode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Key {
     revision: u64,
@@ -93,7 +93,7 @@ impl Patch {
         self.key = None;
     }
 
-    /// Makes ready for lookups up to `reach_m` from `position` along each axis.
+    /// Prepares lookups up to `reach_m` from `position` along each axis.
     ///
     /// Squared distances are capped at `cap` (in units of pitch²).
     pub(super) fn cover(&mut self, belief: &Belief, position: Vec2, reach_m: f64, cap: f32) -> Anchor {

@@ -1,4 +1,4 @@
-//! What to drive where no rollout is admissible.
+//! The command when no rollout is admissible.
 
 use super::{DistanceMode, DynamicWindow, Window};
 use crate::geometry::{Twist, Vec2};
@@ -10,7 +10,7 @@ use crate::plan::local::turn_in_place;
 /// stops on the very edge of what is beside it, and the error of the prediction makes that a contact.
 const RECOVERY_ROOM_M: f64 = 0.05;
 
-/// What to drive where no rollout is admissible.
+/// The command when no rollout is admissible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recovery {
     /// The command.
@@ -22,7 +22,7 @@ pub struct Recovery {
 }
 
 impl DynamicWindow {
-    /// What to drive when no rollout is admissible: brake as hard as the drive can, then turn to `target` on the spot.
+    /// The command when no rollout is admissible: brake as hard as the drive can, then turn in place to `target`.
     ///
     /// A disc that turns on the spot touches nothing new. While it still rolls, the braking trajectories of all yaw
     /// rates within reach are simulated. Of those that get farthest, all the way to rest where one touches nothing, the one

@@ -18,7 +18,7 @@
 use super::lanes::{LANES, Lane, Lanes, on_lanes};
 use super::patch::{Anchor, Patch};
 
-/// What a block of candidates drives. Lengths in units of the pitch.
+/// The motion of a block of candidates. Lengths in units of the pitch.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block {
     /// Signed length of a full-speed step.
@@ -40,12 +40,12 @@ pub(super) struct Part {
     pub(super) centre: [f32; 2],
     /// Radius.
     pub(super) radius: f32,
-    /// Squared distance at which it touches a static, or less.
+    /// Squared distance at or below which it touches a static.
     pub(super) touch: f32,
 }
 
 impl Part {
-    /// How far it moves per step at most: with the robot, and as the robot turns.
+    /// Upper bound of its displacement per step: with the robot, and as the robot turns.
     pub(super) fn step(&self, block: &Block) -> Lane {
         let [x, y] = self.centre;
         let away = (x * x + y * y).sqrt();
@@ -57,18 +57,18 @@ impl Part {
     }
 }
 
-/// The statics as the robot sees them from where it is.
+/// The statics around the robot's current position.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Field<'a> {
     pub(super) patch: &'a Patch,
     pub(super) at: Anchor,
-    /// Squared distance at which a pose touches, or less.
+    /// Squared distance at or below which a pose touches.
     pub(super) touch: f32,
-    /// Poses up to this far from the robot see nothing but the cap of the patch.
+    /// Distance from the robot up to which every pose has the cap of the patch as its clearance.
     pub(super) free: f32,
 }
 
-/// What became of a block. Squared distances are lower bounds, in units of pitch².
+/// Result of a block. Squared distances are lower bounds, in units of pitch².
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fate {
     /// Position after the last step, relative to the start.
@@ -77,10 +77,10 @@ pub(super) struct Fate {
     pub(super) least: Lane,
     /// Squared distance to the statics at the last pose.
     pub(super) last: Lane,
-    /// Steps driven before the first one that touches a static; all of them where none does.
+    /// Steps driven before the first one that touches a static; all steps if none does.
     pub(super) free_steps: Lane,
     /// Steps after which the rollout was broken off because every candidate of the block had touched
-    /// something; the rest means nothing then. All steps where it was not.
+    /// something, in which case positions beyond are meaningless; all steps if it was not broken off.
     pub(super) driven: usize,
 }
 
@@ -132,7 +132,7 @@ fn drive_lanes<L: Lanes>(block: &Block, speed: &[f32], field: &Field<'_>, track:
 }
 
 on_lanes! {
-    /// Where the centre of `part` is when the robot is at the positions of `track`.
+    /// Positions of the centre of `part` when the robot is at the positions of `track`.
     pub(super) fn carry(block: &Block, part: &Part, track: &Track, carried: &mut Track) -> () = carry_lanes;
 }
 
@@ -153,7 +153,7 @@ fn carry_lanes<L: Lanes>(block: &Block, part: &Part, track: &Track, carried: &mu
 }
 
 on_lanes! {
-    /// Distances of the positions of `track`, which are at most `step` apart, to the statics. Touching is what it is for `part`.
+    /// Distances of the positions of `track`, which are at most `step` apart, to the statics. Contact is judged for `part`.
     pub(super) fn look(step: &Lane, part: &Part, field: &Field<'_>, track: &Track) -> Passing = look_lanes;
 }
 
@@ -172,7 +172,7 @@ fn look_lanes<L: Lanes>(step: &Lane, part: &Part, field: &Field<'_>, track: &Tra
     Passing { least: (least - between).store(), last: (last - between).store(), free_steps: free_steps.store() }
 }
 
-/// Where the candidates of a block are, and where they head.
+/// Positions and headings of the candidates of a block.
 #[derive(Clone, Copy)]
 struct Motion<L> {
     step: L,
@@ -213,9 +213,9 @@ impl<L: Lanes> Motion<L> {
 /// A mover as the kernel sees it, relative to the robot, in units of the pitch.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Disc {
-    /// Where it is at the start.
+    /// Position at the start.
     pub(super) position: [f32; 2],
-    /// How far it moves per step; 0 for a mover that is taken to stand still.
+    /// Displacement per step; 0 for a mover that is taken to stand still.
     pub(super) step: [f32; 2],
     /// Its radius plus the robot's.
     pub(super) touch: f32,
@@ -261,10 +261,10 @@ impl Disc {
         (self.step[0] * self.step[0] + self.step[1] * self.step[1]).sqrt()
     }
 
-    /// Whether the disc keeps `cap` or more from the robot at every pose in `bounds`, over so many steps, so that it
+    /// Whether the disc keeps `cap` or more from the robot at every pose in `bounds` over `steps` steps, so that it
     /// need not be measured.
     pub(super) fn keeps_off(&self, step: &Lane, bounds: &Bounds, steps: usize, cap: f32) -> bool {
-        /// What rounding may add up to, in units of the pitch.
+        /// Bound of the accumulated rounding error, in units of the pitch.
         const SLACK: f32 = 0.05;
         let gap = |axis: usize| {
             let from = self.position[axis] + self.step[axis];

@@ -1,4 +1,4 @@
-//! The rollouts of one cycle: what was driven, where it ends, how near it comes to what.
+//! The rollouts of one cycle: their twists, their ends, their clearances.
 
 use super::settings::DistanceMode;
 use crate::geometry::{Pose, Twist, Vec2};
@@ -15,7 +15,7 @@ pub struct Clearance {
 }
 
 impl Clearance {
-    /// The one that `mode` asks for.
+    /// The clearance that `mode` selects.
     pub fn at(self, mode: DistanceMode) -> f64 {
         match mode {
             DistanceMode::PathMin => self.path_min_m,
@@ -36,7 +36,7 @@ pub struct Rollouts {
     pub(super) twists: Vec<Twist>,
     /// Displacement from the origin to the end, m.
     pub(super) end: Vec<Vec2>,
-    /// Time driven before the first touch, s; the whole horizon where nothing is touched.
+    /// Time driven before the first contact, s; the whole horizon if nothing is touched.
     pub(super) free_s: Vec<f64>,
     pub(super) statics: Vec<Clearance>,
     pub(super) movers: Vec<Clearance>,
@@ -62,7 +62,7 @@ impl Rollouts {
         self.twists.len()
     }
 
-    /// Whether there is none: only before the first cycle.
+    /// Whether there are no rollouts, which is so only before the first cycle.
     pub fn is_empty(&self) -> bool {
         self.twists.is_empty()
     }
@@ -72,12 +72,12 @@ impl Rollouts {
         self.admissible.iter().map(|&i| i as usize)
     }
 
-    /// What rollout `i` drives.
+    /// Twist of rollout `i`.
     pub fn twist(&self, i: usize) -> Twist {
         self.twists[i]
     }
 
-    /// Where rollout `i` ends; only for one that touches nothing.
+    /// Pose at the end of rollout `i`; valid only if it touches nothing.
     pub fn end(&self, i: usize) -> Pose {
         let end = self.origin.position + self.end[i];
         Pose::new(end.x, end.y, self.origin.theta + self.twists[i].omega * self.duration_s)
@@ -88,12 +88,12 @@ impl Rollouts {
         self.statics[i]
     }
 
-    /// Clearance of rollout `i` from the sensed movers; the cap where none is in reach.
+    /// Clearance of rollout `i` from the sensed movers; the cap if none is in reach.
     pub fn mover_clearance(&self, i: usize) -> Clearance {
         self.movers[i]
     }
 
-    /// Clearance of rollout `i` from whatever is nearest.
+    /// Clearance of rollout `i` from the nearest static or mover, m.
     pub fn clearance_m(&self, i: usize, mode: DistanceMode) -> f64 {
         math::min(self.statics[i].at(mode), self.movers[i].at(mode))
     }
@@ -103,7 +103,7 @@ impl Rollouts {
         self.free_s[i] < self.duration_s
     }
 
-    /// Arc length that rollout `i` drives before its first contact, m; that of the whole rollout where it touches nothing.
+    /// Arc length that rollout `i` drives before its first contact, m; that of the whole rollout if it touches nothing.
     pub fn free_arc_m(&self, i: usize) -> f64 {
         self.twists[i].v.abs() * self.free_s[i]
     }

@@ -50,15 +50,15 @@ impl Window {
 /// How an axis of the window is sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Spacing {
-    /// Every so much (m/s or rad/s) from the lower end.
+    /// A fixed step (m/s or rad/s) from the lower end.
     Step(f64),
-    /// So many samples evenly from end to end, both included; at least 2.
+    /// A fixed number of evenly spaced samples, ends included; at least 2.
     Count(u32),
 }
 
 impl Spacing {
-    /// Writes the samples of [`low`, `high`] to `out`, ascending and without doubles: those of the
-    /// spacing, both ends, and each of `always` that lies inside, exactly.
+    /// Writes the samples of [`low`, `high`] to `out`, ascending and without duplicates: those of the
+    /// spacing, both ends, and exactly each value of `always` that lies inside.
     pub fn sample(self, low: f64, high: f64, always: &[f64], out: &mut Vec<f64>) {
         assert!(low <= high, "the window is not empty");
         out.clear();

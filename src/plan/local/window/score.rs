@@ -77,7 +77,7 @@ impl Scoring<'_> {
     }
 
     /// The admissible rollout with the highest score; among equals the one with the larger speed, then the
-    /// smaller yaw rate either way, then the lower index. `None` where none is admissible.
+    /// smaller |yaw rate|, then the lower index. `None` if no rollout is admissible.
     pub fn best(&self) -> Option<usize> {
         self.rollouts.admissible().min_by(|&a, &b| {
             let (p, q) = (self.rollouts.twist(a), self.rollouts.twist(b));
@@ -88,7 +88,7 @@ impl Scoring<'_> {
         })
     }
 
-    /// The score of a rollout; 0 where it is not admissible.
+    /// The score of a rollout; 0 if it is not admissible.
     pub fn score(&self, index: usize) -> f64 {
         self.total[index]
     }

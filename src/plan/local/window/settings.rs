@@ -64,11 +64,11 @@ pub struct Settings {
     pub yaw_rate: Spacing,
     /// Whether movers keep their velocity over the horizon; else they stand where they are.
     pub predict_dynamic: bool,
-    /// Clearances are told up to at least this distance, m.
+    /// Clearances are computed up to at least this distance, m.
     pub clearance_cap_m: f64,
     /// The distance in which the robot must be able to stop.
     pub braking_distance: BrakingDistance,
-    /// Distance at which that one is cut, m; `None` for not at all.
+    /// Upper limit of the braking distance, m; `None` for no limit.
     pub braking_clip_m: Option<f64>,
     /// How the yaw rate is bounded.
     pub braking_turn: BrakingTurn,

@@ -30,22 +30,22 @@ pub(crate) struct Terms<'a> {
 }
 
 impl Terms<'_> {
-    /// heading of rollout `i`, rad: π where it points to the target, 0 where it points away.
+    /// Heading term of rollout `i`, rad: π if it points to the target, 0 if it points away.
     pub fn heading(&self, i: usize) -> f64 {
         heading(self.judged_pose(i), self.target)
     }
 
-    /// dist of rollout `i`, m: its clearance, cut at the cap.
+    /// Distance term of rollout `i`, m: its clearance, at most the cap.
     pub fn distance_m(&self, i: usize) -> f64 {
         math::min(self.rollouts.clearance_m(i, self.dist_mode), self.d_cap_m)
     }
 
-    /// velocity of rollout `i`, m/s: 0 where it reverses.
+    /// Velocity term of rollout `i`, m/s: 0 if it reverses.
     pub fn velocity_mps(&self, i: usize) -> f64 {
         math::max(self.rollouts.twist(i).v, 0.0)
     }
 
-    /// Where rollout `i` is judged for its heading.
+    /// Pose at which the heading of rollout `i` is judged.
     fn judged_pose(&self, i: usize) -> Pose {
         match self.heading_at {
             HeadingAt::Horizon => self.rollouts.end(i),

@@ -1,12 +1,12 @@
-//! What sensed movers are to the global planner. One file per choice.
+//! How the global planner treats sensed movers. One file per choice.
 
 use crate::plan::PlanningGrid;
 use crate::plan::contract::Situation;
 use crate::settings::{Entry, registry};
 
-/// What the parameters of such a choice do.
+/// Behaviour of a treatment of movers.
 pub trait MoversOnGrid {
-    /// Marks what the sensed movers block on the planning grid, for a robot whose centre keeps `inflation_m` from obstacles.
+    /// Marks the cells that sensed movers block on the planning grid, for a robot whose centre keeps `inflation_m` from obstacles.
     fn mark(&self, grid: &mut PlanningGrid, situation: &Situation<'_>, inflation_m: f64);
 
     /// Whether movers can block cells.

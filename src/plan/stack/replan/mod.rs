@@ -6,7 +6,7 @@ use crate::plan::PlanningGrid;
 use crate::plan::contract::Situation;
 use crate::settings::{Entry, registry};
 
-/// What the parameters of a replanning rule do.
+/// Behaviour of a replanning rule.
 pub trait ReplanRule {
     /// Whether to plan again at this tick.
     fn wants_path(&self, watch: &mut Watch<'_>) -> bool;
@@ -28,12 +28,12 @@ impl Default for Replan {
     }
 }
 
-/// What a replanning rule may ask.
+/// The questions that a replanning rule may ask.
 #[derive(Debug)]
 pub struct Watch<'a> {
     /// The situation at this tick.
     pub situation: &'a Situation<'a>,
-    /// The path in force and how far the robot has come on it.
+    /// The path in force and the robot's progress on it.
     pub route: &'a Route,
     pub(super) planning: &'a PlanningSpec,
     pub(super) grid: &'a mut PlanningGrid,
@@ -52,7 +52,7 @@ pub(super) struct Checked {
 }
 
 impl Checked {
-    /// What a test of the path at this tick would look at.
+    /// The map on which a test of the path at this tick would be made.
     pub(super) fn now(situation: &Situation<'_>, planning: &PlanningSpec) -> Self {
         let movers_tick = if planning.movers.kind().block() { situation.tick } else { 0 };
         Self { revision: situation.belief.revision(), movers_tick }

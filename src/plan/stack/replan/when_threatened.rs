@@ -32,7 +32,7 @@ impl Default for Params {
 pub const ENTRY: Entry =
     Entry { summary: "Plan again when a mover threatens the path ahead, or as `when_blocked` does." };
 
-/// Moments looked at within the time that is predicted.
+/// Number of moments examined within the predicted time.
 const LOOKS: u32 = 30;
 
 impl ReplanRule for Params {

@@ -5,10 +5,10 @@ use crate::geometry::Vec2;
 use crate::plan::PlanningGrid;
 use crate::settings::{Entry, registry};
 
-/// What the parameters of a rule for sub-goals do.
+/// Behaviour of a rule for sub-goals.
 pub trait SubGoalRule {
-    /// Moves progress and sub-goal of `route` on for a robot at `position`. `grid` is that of the last plan; a local planner
-    /// alone has none.
+    /// Advances progress and sub-goal of `route` for a robot at `position`. `grid` is that of the last plan; `None` for a local
+    /// planner alone.
     fn advance(&self, route: &mut Route, position: Vec2, grid: Option<&PlanningGrid>);
 }
 

@@ -17,7 +17,7 @@ use crate::world::scene::{Infeasible, SceneError, TRIES, check_range};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "movers that cross the reference route when the robot may be there" };
 
 /// Parameters of movers that cross the route.

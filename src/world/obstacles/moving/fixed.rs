@@ -14,7 +14,7 @@ use crate::world::scene::{Infeasible, SceneError, at, check_inside, point_to_gri
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "one mover with a given state at the first tick" };
 
 /// Parameters of one mover: either `velocity_mps`, or `speed_mps` with `heading_rad`.
@@ -55,7 +55,7 @@ pub struct Params {
 manners!();
 
 impl Params {
-    /// The velocity in the grid frame, or what is wrong with how it is given.
+    /// The velocity in the grid frame, m/s; the error says what is wrong with the keys that give it.
     fn velocity(&self, grid: &OccupancyGrid) -> Result<Vec2, &'static str> {
         match (self.velocity_mps, self.speed_mps, self.heading_rad) {
             (Some([x, y]), None, None) => Ok(turn_to_grid(Vec2::new(x.get(), y.get()), grid)),

@@ -32,13 +32,13 @@ pub trait MovingKind: Debug {
         Ok(())
     }
 
-    /// Checks all that no draw can change; `key` is that of the entry, such as `obstacles.moving[2].fixed`.
+    /// Checks everything that does not depend on a draw; `key` is that of the entry, such as `obstacles.moving[2].fixed`.
     ///
     /// # Errors
-    /// The first parameter that cannot be.
+    /// The first invalid parameter.
     fn check(&self, key: &str, given: &Given<'_>) -> Result<(), SceneError>;
 
-    /// How many movers there will be.
+    /// Number of movers of this entry.
     fn count(&self) -> usize;
 
     /// Whether movers are placed by the scene's reference route.
@@ -46,7 +46,7 @@ pub trait MovingKind: Debug {
         false
     }
 
-    /// Why a script may not give these movers that order, to follow "mover 3 …"; `None` if it may.
+    /// The reason why a script may not give these movers that order, in words that follow "mover 3 …"; `None` if it may.
     fn refuses(&self, order: Order) -> Option<&'static str> {
         let _ = order;
         None
@@ -59,14 +59,14 @@ pub trait MovingKind: Debug {
     fn draw(&self, drawing: &Drawing<'_>) -> Result<Vec<Mover>, Infeasible>;
 }
 
-/// What a scenario gives, for the checks of a kind.
+/// The given parts of a scenario, against which a kind checks its parameters.
 #[derive(Debug)]
 pub struct Given<'a> {
     /// The known map and the unknown statics whose pose is given.
     pub statics: Statics<'a>,
     /// The robot.
     pub robot: &'a Robot,
-    /// Where the robot starts, grid frame; `None` if that is drawn.
+    /// Start of the robot, grid frame; `None` if it is drawn.
     pub start: Option<Vec2>,
 }
 
@@ -77,7 +77,7 @@ impl Given<'_> {
     }
 }
 
-/// What a script may tell a mover.
+/// An order that a script may give a mover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     /// To appear or to vanish.
@@ -112,7 +112,7 @@ pub enum OnRobot {
     Yield,
 }
 
-/// What the parameters of most kinds say of a mover's body and manners.
+/// Body and manners of a mover, as the parameters of most kinds give them.
 #[derive(Clone, Copy, Debug)]
 struct Manners<'a> {
     radius_m: Positive,
@@ -184,15 +184,15 @@ pub struct Mover {
     pub velocity: Vec2,
     /// Its outline.
     pub outline: Outline,
-    /// What it does at a static obstacle or the map's edge.
+    /// Behaviour at a static obstacle or the map's edge.
     pub on_static: OnStatic,
-    /// What it does about the robot.
+    /// Behaviour towards the robot.
     pub on_robot: OnRobot,
     /// Surface distance within which it stops for a robot ahead, if it yields, m.
     pub yield_distance_m: f64,
-    /// How it chooses its way.
+    /// Its motion.
     pub motion: Motion,
-    /// Whether it is there at all; else nothing senses it and nothing touches it.
+    /// Whether it is present; an absent mover is neither sensed nor touched.
     pub present: bool,
 }
 

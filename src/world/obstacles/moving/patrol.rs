@@ -15,7 +15,7 @@ use crate::world::scene::{Infeasible, SceneError, at, check_inside, point_to_gri
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "one mover that goes from waypoint to waypoint, again and again" };
 
 /// Parameters of a patrol.
@@ -77,7 +77,7 @@ impl Params {
 }
 
 impl MovingKind for Params {
-    /// Whether the patrol has a way to go and the mover fits on it.
+    /// Checks that the patrol has a way to go and that the mover fits on it.
     fn check(&self, key: &str, given: &Given<'_>) -> Result<(), SceneError> {
         let (statics, map) = (given.statics, given.statics.map);
         let key_of = |index: usize| format!("{key}.waypoints[{index}]");

@@ -15,7 +15,7 @@ use crate::world::statics::StaticMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "movers with random position and heading, each from its own random stream" };
 
 /// Which way a random mover sets out.

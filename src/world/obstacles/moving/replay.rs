@@ -1,5 +1,5 @@
-//! Movers from a recording: one for each that it holds. They appear and vanish with the data, go straight from sample to
-//! sample, and mind neither walls nor the robot, as recordings do.
+//! Movers from a recording: one for each track. They appear and vanish with the data, go straight from sample to
+//! sample, and ignore walls and the robot.
 
 use super::recording::Recording;
 use super::{Given, Mover, MovingKind, OnStatic, Order, radius_default};
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "movers from a recording, one for each that it holds" };
 
 /// Parameters of a replay.

@@ -1,4 +1,4 @@
-//! Uniformly over the map.
+//! Placement uniformly over the map.
 
 use super::PlacementKind;
 use crate::geometry::Vec2;
@@ -8,7 +8,7 @@ use crate::world::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "uniformly over the map" };
 
 /// No parameters.

@@ -1,4 +1,4 @@
-//! Where random obstacles are put: one file each.
+//! Placements of random obstacles: one file each.
 
 use crate::geometry::Vec2;
 use crate::rng::Stream;

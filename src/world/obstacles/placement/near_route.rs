@@ -1,4 +1,4 @@
-//! Uniformly over the part of the map near the reference route.
+//! Placement uniformly over the part of the map near the reference route.
 
 use super::PlacementKind;
 use crate::geometry::Vec2;
@@ -10,7 +10,7 @@ use crate::world::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "uniformly over the part of the map near the reference route" };
 
 /// Parameters of the placement near the route.
@@ -32,7 +32,7 @@ impl PlacementKind for Params {
         true
     }
 
-    /// Uniform over the rectangle around the route and its surroundings; what is too far from the route is none.
+    /// Draws uniformly from the rectangle around the route and its surroundings; `None` if the point is too far from the route.
     fn draw(&self, scene: &Scene, stream: &mut Stream) -> Option<Vec2> {
         let extent = scene.map.grid.extent_m();
         let (route, reach) = (scene.route(), self.distance_max_m.get());

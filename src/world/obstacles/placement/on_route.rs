@@ -1,4 +1,4 @@
-//! With the centre on the reference route.
+//! Placement with the centre on the reference route.
 
 use super::PlacementKind;
 use crate::geometry::Vec2;
@@ -9,7 +9,7 @@ use crate::world::scene::{Scene, SceneError, check_range};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "with the centre on the reference route" };
 
 /// Parameters of the placement on the route.

@@ -7,7 +7,7 @@ use crate::settings::Entry;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "a convex polygon about its own centre" };
 
 /// Parameters of a polygon.

@@ -8,7 +8,7 @@ use crate::settings::quantity::Positive;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "a rectangle about its own centre" };
 
 /// Parameters of a rectangle.

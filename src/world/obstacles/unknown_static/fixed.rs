@@ -11,7 +11,7 @@ use crate::world::statics::StaticMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "one obstacle at a given place" };
 
 /// Parameters of an obstacle at a given place.
@@ -44,7 +44,7 @@ impl UnknownStaticKind for Params {
         Some(self.obstacle(grid))
     }
 
-    /// The one obstacle; the free space has it already.
+    /// The one obstacle. It is already part of the free space.
     fn draw(&self, drawing: &Drawing<'_>, _: &mut FreeSpace<'_>) -> Result<Vec<UnknownStatic>, Infeasible> {
         Ok(vec![self.obstacle(&drawing.scene.map.grid)])
     }

@@ -15,10 +15,10 @@ registry! {
 
 /// Behaviour of a kind of unknown static obstacle.
 pub trait UnknownStaticKind {
-    /// Checks all that no draw can change; `key` is that of the entry, such as `obstacles.unknown_static[0].fixed`.
+    /// Checks everything that does not depend on a draw; `key` is that of the entry, such as `obstacles.unknown_static[0].fixed`.
     ///
     /// # Errors
-    /// The first parameter that cannot be.
+    /// The first invalid parameter.
     fn check(&self, key: &str, map: &StaticMap) -> Result<(), SceneError>;
 
     /// The obstacle, if the scenario gives its pose: start, goal and everything drawn keep clear of it.
@@ -68,28 +68,28 @@ impl UnknownStatic {
         self.outline.shape()
     }
 
-    /// The same obstacle, there or not.
+    /// The same obstacle, present or absent.
     #[must_use]
     pub fn with_presence(self, present: bool) -> Self {
         Self { present, ..self }
     }
 
-    /// Puts it there or takes it away.
+    /// Makes it present or absent.
     pub(in crate::world) fn set_presence(&mut self, present: bool) {
         self.present = present;
     }
 
-    /// Whether it is there; one that is not is in nobody's way.
+    /// Whether it is present; an absent obstacle is in nobody's way.
     pub fn is_present(&self) -> bool {
         self.present
     }
 
-    /// Signed distance from the point `p` (grid frame) to the outline, m: negative inside; infinite while it is away.
+    /// Signed distance from the point `p` (grid frame) to the outline, m: negative inside; infinite while it is absent.
     pub fn distance_m(&self, p: Vec2) -> f64 {
         if self.present { self.outline.distance_m(self.pose.position, p) } else { f64::INFINITY }
     }
 
-    /// Signed distance between a body and the outline, m: negative where they overlap; infinite while it is away.
+    /// Signed distance between a body and the outline, m: negative if they overlap; infinite while it is absent.
     pub fn gap_m(&self, body: &Body) -> f64 {
         if self.present { self.outline.gap_m(self.pose.position, body) } else { f64::INFINITY }
     }

@@ -12,7 +12,7 @@ use crate::world::statics::StaticMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "obstacles at random places, each from its own random stream" };
 
 /// Parameters of obstacles at random places.
