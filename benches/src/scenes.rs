@@ -1,8 +1,8 @@
 //! The inputs: `benches/scenes` and, where they are there, the MovingAI benchmarks.
 
 use crate::Settings;
-use simrun::map::queries::{self, Query};
 use simrun::map::formats::movingai;
+use simrun::map::queries::{self, Query};
 use simrun::map::{DistanceField, OccupancyGrid};
 use simrun::plan::PlanningGrid;
 use simrun::plan::contract::Problem;

@@ -1,7 +1,7 @@
 //! Polynomial curves of the plane: the pieces of splines and of minimum-snap paths.
 //!
 //! A curve is x(u) = c₀ + c₁ u + … + c₇ u⁷ for u from 0 to 1. Arc length has no closed form; it is integrated by the five-point
-//! Gauss–Legendre rule on [`SPANS`] equal spans of u, once, and tabulated. All loops end by their own
+//! Gauss–Legendre rule on 16 equal spans of u, once, and tabulated. All loops end by their own
 //! numbers alone, so that the same curve gives the same bits everywhere.
 
 use super::{Vec2, cross};
@@ -204,7 +204,7 @@ mod tests {
             let bend = (curve.point(u + h) - 2.0 * curve.point(u) + curve.point(u - h)) / (h * h);
             assert!((curve.derivative(1, u) - slope).norm() < 1e-8);
             assert!((curve.derivative(2, u) - bend).norm() < 1e-4);
-            let expected = cross(slope, bend) / slope.norm().powi(3);
+            let expected = cross(slope, bend) / (slope.norm() * slope.norm_squared());
             assert!((curve.curvature(u) - expected).abs() < 1e-4);
         }
         let third = (curve.derivative(2, 0.5 + h) - curve.derivative(2, 0.5 - h)) / (2.0 * h);
@@ -235,7 +235,7 @@ mod tests {
         }
         for p in [Vec2::new(2.0, 3.0), Vec2::new(1.0, 0.0), Vec2::new(5.0, 5.0), Vec2::new(-1.0, -1.0)] {
             let found = (curve.point(curve.nearest(p)) - p).norm();
-            let sampled = (0..=20_000).map(|k| (curve.point(f64::from(k) / 20_000.0) - p).norm()).fold(9e9, f64::min);
+            let sampled = (0..=20_000).map(|k| (curve.point(f64::from(k) / 20_000.0) - p).norm()).fold(9e9, math::min);
             assert!((found - sampled).abs() < 1e-6, "{found} {sampled}");
         }
     }

@@ -39,12 +39,12 @@ pub(super) fn free_space<'a>(
     let given = [spec.start.given(grid).map(|(position, _)| position), spec.goal.given(grid)];
     let mut space = with_statics(robot.radius_m + MARGIN_M);
     let both = given.iter().all(Option::is_some);
-    let mut cells = given.iter().flatten().map(|&p| grid.index(grid.cell_at(p)));
+    let cells = given.iter().flatten().map(|&p| grid.index(grid.cell_at(p)));
     let fits = cells.clone().all(|cell| space.passable()[cell]);
     let is_way = || {
         let parts = space.components();
-        let first = cells.next().map(|cell| parts.labels()[cell]);
-        cells.all(|cell| Some(parts.labels()[cell]) == first)
+        let mut labels = cells.clone().map(|cell| parts.labels()[cell]);
+        labels.next().is_none_or(|first| labels.all(|label| label == first))
     };
     if !fits || both && !is_way() {
         space = with_statics(if both { robot.inscribed_radius_m() } else { robot.radius_m });

@@ -97,7 +97,7 @@ impl DynamicWindow {
     pub fn check(settings: &Settings, fit: &Fit<'_>) -> Result<(), String> {
         let (robot, horizon_s) = (fit.robot, settings.horizon_s);
         let speed = math::max(robot.speed_max_mps, robot.reverse_speed_max_mps);
-        let steps = (horizon_s / fit.dt_s).round().max(1.0);
+        let steps = math::max((horizon_s / fit.dt_s).round(), 1.0);
         let reach_m = speed * steps * fit.dt_s + robot.footprint.as_ref().map_or(0.0, Polygon::circumradius_m);
         let pitch_m = patch::pitch_m(fit.map);
         if patch::is_coverable(reach_m, pitch_m) {
