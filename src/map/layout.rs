@@ -7,7 +7,7 @@ use std::ops::Range;
 /// A length in whole cells; `map` and `key` name it in errors.
 ///
 /// # Errors
-/// [`MapError::Contradiction`] if it is not a whole number of cells or more than [`SIDE_MAX`] of them.
+/// [`MapError::Contradiction`] if it is not a whole number of cells or exceeds [`SIDE_MAX`] cells.
 pub(super) fn cells(map: &'static str, key: &str, length_m: f64, resolution_m: f64) -> Result<i64, MapError> {
     let cells = length_m / resolution_m;
     let whole = cells.round();
