@@ -57,7 +57,7 @@ impl Column {
         matches!(self.access, Access::Metric { .. })
     }
 
-    /// Its value as a number; `None` where it is undefined, or the column is no metric.
+    /// Its value as a number; `None` if it is undefined or the column is no metric.
     pub fn number(&self, metrics: &Metrics) -> Option<f64> {
         match self.access {
             Access::Metric { get, .. } => get(metrics).number(),

@@ -146,7 +146,7 @@ impl Scenario {
         }
     }
 
-    /// The map of episode 0, for [`Self::check_on`]; `None` where that episode has none.
+    /// The map of episode 0, for [`Self::check_on`]; `None` if no acceptable map was drawn for it.
     pub(super) fn load_map(&self, folder: &Path) -> Result<Option<StaticMap>, ScenarioError> {
         match self.map.load(folder, EpisodeSeed { seed: self.seed, episode: 0 }) {
             Ok(grid) => Ok(Some(StaticMap::new(grid))),

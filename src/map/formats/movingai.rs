@@ -310,7 +310,7 @@ mod tests {
         }
     }
 
-    /// The files of the benchmark with an extension, or nothing where the benchmark is absent.
+    /// The files of the benchmark with an extension; empty if the benchmark is absent.
     fn benchmark_files(extension: &str) -> Vec<PathBuf> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/benchmarks/movingai");
         let Ok(entries) = std::fs::read_dir(folder) else {

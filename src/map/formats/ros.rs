@@ -429,7 +429,7 @@ mod tests {
         assert_eq!(Header::parse(&header).expect("a header").image, "a: strange #name.pgm");
     }
 
-    /// The folder of the benchmark, or nothing where it is absent.
+    /// The folder of the benchmark; `None` if it is absent.
     fn benchmark() -> Option<PathBuf> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/benchmarks/ros_maps");
         if !folder.exists() {
