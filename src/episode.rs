@@ -115,7 +115,7 @@ pub struct Recording {
     pub detail: Detail,
 }
 
-/// Where an episode takes place, and by which rules.
+/// Setting of an episode: its world, robot, conditions and rules of termination.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<'a> {
     /// The world.

@@ -33,7 +33,7 @@ pub fn cross(a: Vec2, b: Vec2) -> f64 {
     a.x * b.y - a.y * b.x
 }
 
-/// Where a body is and which way it points.
+/// Position and heading of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Position, metres.
@@ -62,7 +62,7 @@ impl Pose {
         }
     }
 
-    /// Angle from the heading to `point`, in (−π, π]; 0 where the point is the position itself.
+    /// Angle from the heading to `point`, in (−π, π]; 0 if the point is the position itself.
     pub fn bearing_to(self, point: Vec2) -> f64 {
         let d = point - self.position;
         if d.x == 0.0 && d.y == 0.0 { 0.0 } else { wrap_angle(math::atan2(d.y, d.x) - self.theta) }
@@ -119,7 +119,7 @@ impl Rect {
         (math::max(self.min.x - p.x, p.x - self.max.x), math::max(self.min.y - p.y, p.y - self.max.y))
     }
 
-    /// The smaller of `best` and [`Self::signed_distance`], without the root where it cannot be the latter.
+    /// The smaller of `best` and [`Self::signed_distance`]; the square root is skipped if the result must be `best`.
     pub fn signed_distance_below(&self, p: Vec2, best: f64) -> f64 {
         // Far above what rounding can do to either side.
         const MARGIN: f64 = 1.000_001;

@@ -130,15 +130,15 @@ impl Default for Limits {
 /// A differential-drive robot: what the world moves and what planners may count on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Robot {
-    /// Radius of the disc footprint; of the smallest disc about the centre that holds it, where it is a polygon, m.
+    /// Radius of the disc footprint, m; for a polygon, of the smallest disc about the centre that holds it.
     pub radius_m: f64,
-    /// The footprint where it is a polygon, in the robot's own frame.
+    /// The footprint if it is a polygon, in the robot's own frame.
     pub footprint: Option<Polygon>,
     /// Distance between the wheels, m.
     pub track_width_m: f64,
-    /// Highest rim speed of a wheel, m/s (infinite where the scenario names none).
+    /// Highest rim speed of a wheel, m/s (infinite if the scenario gives none).
     pub wheel_speed_max_mps: f64,
-    /// Highest reverse speed, m/s; 0 where it cannot reverse.
+    /// Highest reverse speed, m/s; 0 if it cannot reverse.
     pub reverse_speed_max_mps: f64,
     /// Highest speed, m/s.
     pub speed_max_mps: f64,
@@ -181,7 +181,7 @@ impl Robot {
         self.footprint.as_ref().map_or(self.radius_m, Polygon::inradius_m)
     }
 
-    /// The footprint where the robot is at `pose`.
+    /// The footprint of the robot at `pose`.
     pub fn body(&self, pose: Pose) -> Body {
         let corners = self.footprint.as_ref().map(|polygon| polygon.placed(pose.position, direction(pose.theta)));
         Body { position: pose.position, radius_m: self.radius_m, corners }

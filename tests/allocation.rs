@@ -74,7 +74,7 @@ impl LocalPlanner for Watched {
     }
 }
 
-/// What rapier allocates, by itself, in each tick of an episode: the same bodies in a bare world are moved where they were.
+/// Allocations of rapier by itself in each tick of an episode: the same bodies in a bare world follow the same motion.
 fn rapier_allocates(scene: &Scene, robot: &Robot, trace: &Trace) -> Vec<u64> {
     let broad_phase = BroadPhaseBvh::with_optimization_strategy(BvhOptimizationStrategy::None);
     let mut physics = PhysicsWorld { gravity: Vector::ZERO, broad_phase, ..PhysicsWorld::default() };

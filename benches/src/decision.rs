@@ -201,7 +201,7 @@ impl Question {
         self.planner.decide(&situation, &guidance).expect("an answer")
     }
 
-    /// What was decided, in words.
+    /// The decision in words.
     fn answer(&mut self) -> String {
         let Decision { command, rollouts, rollout_points, .. } = self.decide();
         format!("{rollouts} rollouts, {rollout_points} points; v {:.3} omega {:.3}", command.v, command.omega)

@@ -124,7 +124,7 @@ const ROUND: f32 = 12_582_912.0;
 /// Added to a whole number, it leaves that number in the mantissa.
 const TO_MANTISSA: f32 = 8_388_608.0;
 
-/// Where a block ends, and the least squared distance on its way.
+/// End of a block, and the least squared distance on its way.
 fn drive(block: &Block, heading: [f32; 2], fraction: [f32; 2], forms: &[[f32; 4]]) -> (Lane, Lane, Lane) {
     assert_eq!(forms.len(), SIDE * SIDE);
     #[cfg(target_arch = "x86_64")]

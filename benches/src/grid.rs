@@ -78,7 +78,7 @@ fn planner(name: &str) -> Box<dyn GlobalPlanner> {
     GlobalChoice::by_name(name).expect("a planner of the registry").build()
 }
 
-/// Straight and diagonal steps of a path; none where there is no path.
+/// Straight and diagonal steps of a path; `None` without a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Length {
     straight: u32,
@@ -259,7 +259,7 @@ fn against_a_star(settings: &Settings, name: &str, is_exact: bool) -> Result<Vec
     Ok(lines)
 }
 
-/// How far ahead of the robot its path is blocked, cells: about what it sees.
+/// Distance ahead of the robot at which its path is blocked, cells: about its range of sight.
 const AHEAD: usize = 12;
 /// Queries per map whose paths are long enough; each has planners of its own.
 const REPAIRS: usize = 10;
@@ -406,7 +406,7 @@ fn across<'a>(grid: &'a PlanningGrid, map: &OccupancyGrid, field: &DistanceField
     ends.iter().map(|&(start, goal)| Ok(Problem { grid, start: at(start)?, goal: at(goal)? })).collect()
 }
 
-/// What a map, its field and a search take of this process's memory, bytes a cell.
+/// Memory of this process taken by a map, its field and a search, bytes per cell.
 pub fn memory(side: i32) -> Result<String, String> {
     let mut marks = vec![resident_bytes()?];
     let map = random_map(side);

@@ -25,7 +25,7 @@ impl Spread {
     }
 }
 
-/// What a pair of commands took, in seconds per call, and the ratio first / second pair by pair.
+/// Times of a pair of commands, in seconds per call, and the ratio first / second pair by pair.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
     pub first: Spread,
@@ -51,7 +51,7 @@ pub fn alone<T>(times: usize, mut work: impl FnMut() -> T) -> Spread {
     Spread::of((0..times).map(|_| seconds_per_call(calls, &mut work)).collect())
 }
 
-/// How many calls take long enough to be timed; also the warm-up.
+/// Number of calls that take long enough to be timed; finding it is also the warm-up.
 fn calls<T>(work: &mut impl FnMut() -> T) -> u32 {
     let mut calls = 1;
     while f64::from(calls) * seconds_per_call(calls, work) < LEAST_S {

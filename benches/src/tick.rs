@@ -269,7 +269,7 @@ fn warehouse(settings: &Settings) -> Result<Vec<Line>, String> {
     Ok(vec![Line::alone("20 episodes", time, ticks as f64, format!("{ticks} ticks"))])
 }
 
-/// What there is between a loaded map and the first tick.
+/// Work between a loaded map and the first tick.
 fn start(settings: &Settings) -> Result<Vec<Line>, String> {
     let file = scenes::folder().join("random512-20.map");
     let text = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;

@@ -7,7 +7,7 @@ use crate::rng::{EpisodeSeed, Purpose};
 /// Resamples behind every interval.
 pub const RESAMPLES: usize = 10_000;
 
-/// What is estimated from a sample.
+/// Location estimated from a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Location {
     /// Arithmetic mean.

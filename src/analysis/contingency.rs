@@ -1,4 +1,4 @@
-//! Two independent samples of yes and no: the 2 × 2 contingency table.
+//! Two independent samples of successes and failures: the 2 × 2 contingency table.
 
 use crate::math;
 

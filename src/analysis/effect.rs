@@ -1,11 +1,11 @@
-//! Effect sizes: how large a difference is, beside whether there is one.
+//! Effect sizes: the size of a difference, beside the test whether it exists.
 
 use super::{PairedOutcomes, SignedRank};
 
 /// Cohen's d_z of paired differences: mean / standard deviation (n − 1 below the sum).
 ///
-/// Positive where the first stack has the larger numbers. `None` for fewer than two differences
-/// and where all are equal: then there is no spread to compare with. It is the effect of
+/// Positive if the first stack has the larger numbers. `None` for fewer than two differences
+/// and if all are equal: then there is no spread to compare with. It is the effect of
 /// *differences*, larger than the d of two independent groups when pairs are correlated.
 /// J. Cohen, *Statistical Power Analysis for the Behavioral Sciences*, 2nd edition, 1988, section
 /// 2.3.5; name and discussion in D. Lakens, Frontiers in Psychology 4:863, 2013.
@@ -26,18 +26,18 @@ pub fn cohen_d_z(differences: &[f64]) -> Option<f64> {
 
 /// Matched-pairs rank-biserial correlation, −1 to 1: (W⁺ − W⁻) / (W⁺ + W⁻).
 ///
-/// 1 where every nonzero difference is positive, 0 for balanced ranks. Zeros count as in the
-/// test: not at all. `None` if all differences are zero. D. S. Kerby, *The simple difference
+/// 1 if every nonzero difference is positive, 0 for balanced ranks. Zeros are left out, as in the
+/// test. `None` if all differences are zero. D. S. Kerby, *The simple difference
 /// formula: an approach to teaching nonparametric correlation*, Comprehensive Psychology 3, 2014.
 pub fn rank_biserial(test: &SignedRank) -> Option<f64> {
     (test.ranked > 0).then(|| (test.positive - test.negative) / (test.positive + test.negative))
 }
 
-/// Odds ratio of the discordant pairs: worlds that only the first stack solved by those that only
-/// the second solved.
+/// Odds ratio of the discordant pairs: number of worlds that only the first stack solved, divided by the number that
+/// only the second solved.
 ///
-/// The conditional maximum likelihood estimate of the paired odds ratio. Above 1 where the first
-/// is better; 0 if only the second ever won alone; `None` where the second never won alone: then
+/// The conditional maximum likelihood estimate of the paired odds ratio. Above 1 if the first
+/// is better; 0 if only the second ever won alone; `None` if the second never won alone: then
 /// it is infinite, or without discordant pairs undefined. J. L. Fleiss, B. Levin and M. C. Paik,
 /// *Statistical Methods for Rates and Proportions*, 3rd edition, 2003, section 13.1.
 pub fn discordant_odds_ratio(outcomes: PairedOutcomes) -> Option<f64> {

@@ -5,12 +5,12 @@ pub fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..count).flat_map(move |i| (i + 1..count).map(move |j| (i, j)))
 }
 
-/// Which scores are good.
+/// Direction in which scores are better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Better {
-    /// As of a success rate.
+    /// Higher is better, as for a success rate.
     Higher,
-    /// As of a travel time.
+    /// Lower is better, as for a travel time.
     Lower,
 }
 

@@ -39,7 +39,7 @@ impl PairedOutcomes {
         self.both + self.neither + self.discordant()
     }
 
-    /// The number of worlds in which exactly one stack succeeded: all that McNemar's test looks at.
+    /// The number of worlds in which exactly one stack succeeded; McNemar's test uses these alone.
     pub fn discordant(self) -> u64 {
         self.first_only + self.second_only
     }
@@ -102,8 +102,8 @@ fn fair_binomial(n: u64, m: u64) -> (f64, f64) {
 /// The differences first − second, rounded so that those equal on paper are equal as numbers.
 ///
 /// The resolution is 2⁻³² of the power of two at or below the largest magnitude in both samples (at
-/// most 2.4e-10 of it), far above rounding errors and far below what is measured. Without it 12.3 − 12.1
-/// and 5.3 − 5.1 are no tie, and a rank test sees an order where there is none. R rounds for the
+/// most 2.4e-10 of it), far above rounding errors and far below measured differences. Without it 12.3 − 12.1
+/// and 5.3 − 5.1 would be no tie, and a rank test would see an order that does not exist. R rounds for the
 /// same reason (`wilcox.test(digits.rank = )`).
 ///
 /// # Panics
@@ -120,7 +120,7 @@ pub fn paired_differences(first: &[f64], second: &[f64]) -> Vec<f64> {
     first.iter().zip(second).map(|(a, b)| math::canonical(((a - b) / step).round() * step)).collect()
 }
 
-/// 2⁻³² of the power of two at or below `largest`; 1 where there is nothing to resolve.
+/// 2⁻³² of the power of two at or below `largest`; 1 if `largest` is 0.
 fn resolution(largest: f64) -> f64 {
     const MANTISSA: u64 = (1 << 52) - 1;
     let power = f64::from_bits(largest.to_bits() & !MANTISSA);

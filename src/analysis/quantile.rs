@@ -1,6 +1,6 @@
 //! Exact quantiles of a sample.
 
-/// The quantile of a sorted sample by linear interpolation; `None` of nothing.
+/// The quantile of a sorted sample by linear interpolation; `None` for an empty sample.
 ///
 /// Type 7 of R. J. Hyndman and Y. Fan, *Sample quantiles in statistical packages*, The American
 /// Statistician 50, 1996 (the default of R and NumPy): with h = (n − 1) p, the value between

@@ -10,7 +10,7 @@ use crate::math;
 /// approximates at once, SciPy from 14 on).
 pub const EXACT_MAX: usize = 50;
 
-/// How a p-value was found.
+/// Method by which a p-value was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NullDistribution {
     /// From the exact distribution given the ranks, average ranks of ties included.
@@ -19,12 +19,12 @@ pub enum NullDistribution {
     Normal,
 }
 
-/// The answer of Wilcoxon's signed-rank test.
+/// Result of Wilcoxon's signed-rank test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SignedRank {
-    /// Differences that were ranked: those other than zero.
+    /// Number of differences that were ranked: those other than zero.
     pub ranked: usize,
-    /// Differences of zero, left out.
+    /// Number of differences of zero, which are left out.
     pub zeros: usize,
     /// W⁺: sum of the ranks of the positive differences.
     pub positive: f64,
@@ -32,7 +32,7 @@ pub struct SignedRank {
     pub negative: f64,
     /// Two-sided p-value.
     pub p: f64,
-    /// How `p` was found.
+    /// Method by which `p` was computed.
     pub null: NullDistribution,
 }
 
@@ -81,7 +81,7 @@ pub fn signed_rank(differences: &[f64]) -> SignedRank {
     }
 }
 
-/// The answer of the rank-sum test.
+/// Result of the rank-sum test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RankSum {
     /// U of the first sample: pairs (x, y) with x > y, those with x = y counted half.
@@ -90,7 +90,7 @@ pub struct RankSum {
     pub second: f64,
     /// Two-sided p-value.
     pub p: f64,
-    /// How `p` was found.
+    /// Method by which `p` was computed.
     pub null: NullDistribution,
 }
 
@@ -132,7 +132,7 @@ pub fn rank_sum(first: &[f64], second: &[f64]) -> RankSum {
     RankSum { first: first_u, second: n1 * n2 - first_u, p: math::min(p, 1.0), null }
 }
 
-/// Average ranks, and what ties take from the variance.
+/// Average ranks, and the correction of the variance for ties.
 struct Ranks {
     /// Twice the rank (counted from 1) of each number: an integer even where ranks are averaged.
     doubled: Vec<usize>,

@@ -1,13 +1,13 @@
-//! What a number of worlds can and cannot show.
+//! Differences that a given number of worlds can show.
 
 use super::normal_quantile;
 
-/// The errors that a comparison may make.
+/// Error rate and power of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorRates {
-    /// Probability of claiming a difference where there is none, two-sided.
+    /// Probability of claiming a difference that does not exist, two-sided.
     pub alpha: f64,
-    /// Probability of claiming a difference that is there.
+    /// Probability of claiming a difference that exists.
     pub power: f64,
 }
 

@@ -51,7 +51,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What came of an episode, in words.
+/// Outcome of an episode, in words.
 fn sentence(row: &Row) -> String {
     let metrics = &row.metrics;
     let mut words = row.outcome.name().replace('_', " ");

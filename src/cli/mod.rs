@@ -63,7 +63,7 @@ enum Command {
     Map(map::Args),
 }
 
-/// Why a command did not succeed.
+/// Reason why a command did not succeed.
 #[derive(Debug)]
 enum Failure {
     /// Bad usage or scenario: exit code 2, nothing written.
@@ -167,7 +167,7 @@ impl Out {
         }
     }
 
-    /// Opens what is written bit by bit.
+    /// Opens the output for writing in parts.
     fn open(&self) -> Result<Box<dyn Write>, Failure> {
         match self.file() {
             Some(file) => match std::fs::File::create(file) {

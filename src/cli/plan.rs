@@ -141,7 +141,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether both ends of a query are free cells of the map.
+/// Checks that both ends of a query are free cells of the map.
 fn check(grid: &OccupancyGrid, query: &Query) -> Result<(), String> {
     for (what, at) in [("start", query.start), ("goal", query.goal)] {
         let line = if query.line > 0 { format!("line {}: ", query.line) } else { String::new() };
@@ -200,7 +200,7 @@ impl Tally {
     }
 }
 
-/// What all queries share.
+/// Inputs that all queries share.
 struct Question<'a> {
     name: &'a str,
     map: &'a OccupancyGrid,

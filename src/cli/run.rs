@@ -122,7 +122,7 @@ fn run_all(args: &Args, experiment: &Experiment, folder: &Path, traces: Option<&
     judge(args, &summary)
 }
 
-/// Whether what came out is what the caller asked for.
+/// Checks the results against the requirements of the caller.
 fn judge(args: &Args, summary: &[SummaryRow]) -> Result<(), Failure> {
     if let Some(row) = summary.iter().find(|row| row.count("planner_error") > 0) {
         let count = row.count("planner_error");
@@ -147,7 +147,7 @@ fn judge(args: &Args, summary: &[SummaryRow]) -> Result<(), Failure> {
     }
 }
 
-/// What to do with results that are there already.
+/// Treatment of results that are in the folder already.
 pub(super) fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Continue }
 }
@@ -160,7 +160,7 @@ pub(super) fn refused(error: ResultsError) -> Failure {
     }
 }
 
-/// Drives what a session still wants, with a progress bar unless `quiet`; on every processor unless `threads` says otherwise.
+/// Drives the missing blocks of a session, with a progress bar unless `quiet`; on every processor unless `threads` is given.
 pub(super) fn complete(
     session: Session<'_>,
     threads: Option<usize>,

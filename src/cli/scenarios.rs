@@ -34,7 +34,7 @@ impl Changes {
     }
 }
 
-/// The experiment of a scenario's file with edits, with only the stacks of these names where there are any.
+/// The experiment of a scenario's file with edits; with only the stacks named in `stacks`, unless it is empty.
 pub(super) fn prepare(file: &ScenarioFile, edits: &[Edit], stacks: &[String]) -> Result<Experiment, Failure> {
     let mut experiment = Experiment::load(file, edits).map_err(|error| match error {
         PrepareError::Scenario(refused) => Failure::Usage(refused.render(colour())),

@@ -1,4 +1,4 @@
-//! A run against an older one: what moved, and whether it got worse.
+//! A run against an older one: rows that changed, and regressions.
 
 use super::{ALPHA, Comparison, Section, StackRows, compare_pairs, correct};
 use crate::analysis::Better;
@@ -6,22 +6,22 @@ use crate::episode::Outcome;
 use crate::results::metric_column;
 use crate::settings::quantity::counted;
 
-/// What an older run says of a newer one.
+/// Comparison of a newer run with an older one.
 #[derive(Clone, Debug)]
 pub struct Baseline {
-    /// Rows that both runs have.
+    /// Number of rows that both runs have.
     pub rows: u64,
-    /// Those whose trace moved: (point, stack, episode).
+    /// Rows whose trace changed: (point, stack, episode).
     pub moved: Vec<(u32, String, u64)>,
-    /// Rows of the older run that the newer one lacks.
+    /// Number of rows of the older run that the newer one lacks.
     pub missing: u64,
-    /// Rows that only the newer run has.
+    /// Number of rows that only the newer run has.
     pub added: u64,
-    /// Rows of both runs whose worlds differ: they are not compared.
+    /// Number of rows of both runs whose worlds differ; they are not compared.
     pub other_worlds: u64,
-    /// New against old, of each stack that moved; `reference` is the old run.
+    /// Tests of new against old for each stack that changed; `reference` is the old run.
     pub comparisons: Vec<Comparison>,
-    /// What got worse, in words: empty where nothing did.
+    /// Regressions in words; empty if nothing got worse.
     pub regressions: Vec<String>,
 }
 

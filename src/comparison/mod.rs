@@ -1,5 +1,5 @@
-//! Stacks against each other, and runs against older runs: what rows of `episodes.csv` say when the same worlds are
-//! compared in pairs.
+//! Comparisons of stacks with each other, and of runs with older runs, from rows of `episodes.csv` paired by
+//! world.
 //!
 //! The statistics themselves are in [`analysis`](crate::analysis); here rows become pairs, pairs become tests, and tests
 //! become tables. Nothing is pooled: every file and every point of a sweep is a section of its own.
@@ -22,7 +22,7 @@ use crate::settings::choice::NameError;
 /// The error rate of the whole family of tests of a section.
 pub const ALPHA: f64 = 0.05;
 
-/// The columns that stacks are compared by, on the worlds that both solved.
+/// The columns by which stacks are compared, on the worlds that both solved.
 pub const COMPARED: [&str; 3] = ["length_m", "time_s", "clearance_min_m"];
 
 /// Those columns, from the table of columns.
@@ -41,31 +41,31 @@ pub struct Comparison {
     pub metric: &'static str,
     /// The test.
     pub test: &'static str,
-    /// Worlds that it looks at.
+    /// Number of worlds that the test uses.
     pub n: u64,
-    /// Of these, the worlds that tell: in which exactly one succeeded, or the metric differs.
+    /// Number of informative worlds among them: those in which exactly one stack succeeded, or the metric differs.
     pub informative: u64,
     /// Mean of stack − reference; of success in percentage points.
     pub difference: Option<f64>,
-    /// Its 95 % bootstrap interval; `None` where pairs do not exist.
+    /// Its 95 % bootstrap interval; `None` without pairs.
     pub interval: Option<(f64, f64)>,
     /// Two-sided p-value.
     pub p: f64,
-    /// The same after Holm's correction over the family of the section.
+    /// The p-value after Holm's correction over the family of the section.
     pub p_holm: f64,
     /// Effect size: discordant odds ratio of stack to reference for success (infinite where only the stack won alone),
     /// matched-pairs rank-biserial correlation for a metric.
     pub effect: Option<f64>,
-    /// Whether so few worlds tell that no outcome of theirs could have been significant.
+    /// Whether too few worlds are informative for any result to be significant.
     pub too_few: bool,
 }
 
-/// What is said of one section.
+/// Analysis of one section.
 #[derive(Clone, Debug)]
 pub struct Report {
-    /// Where the rows come from, and which point of a sweep they are.
+    /// Source of the rows, and the point of the sweep to which they belong.
     pub title: String,
-    /// Every stack by itself.
+    /// Summary of each stack.
     pub stacks: Vec<SummaryRow>,
     /// The tests.
     pub comparisons: Vec<Comparison>,
@@ -75,21 +75,21 @@ pub struct Report {
     pub paired: bool,
 }
 
-/// Which comparisons are made.
+/// Choice of the comparisons that are made.
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
-    /// The stack that the others are compared with; the first one where absent.
+    /// The stack with which the others are compared; `None` for the first one.
     pub reference: Option<String>,
-    /// Every stack with every other.
+    /// Whether every stack is compared with every other.
     pub all_pairs: bool,
-    /// Fisher's exact test and rank sums of independent samples, as some papers do, instead of pairs.
+    /// Whether Fisher's exact test and rank sums of independent samples are used, as in some papers, instead of pairs.
     pub unpaired: bool,
 }
 
 /// Analyses one section.
 ///
 /// # Errors
-/// The stacks that there are, if the reference is none of them.
+/// If no stack has the name of the reference; the error lists the stacks.
 pub fn analyse(section: &Section, plan: &Plan) -> Result<Report, NameError> {
     let stacks = &section.stacks;
     let reference = match &plan.reference {
@@ -121,7 +121,7 @@ pub fn analyse(section: &Section, plan: &Plan) -> Result<Report, NameError> {
     })
 }
 
-/// Corrects the p-values of one family, and says which tests had no chance.
+/// Corrects the p-values of one family, and marks the tests that could not become significant.
 fn correct(comparisons: &mut [Comparison]) {
     if comparisons.is_empty() {
         return;
@@ -134,7 +134,7 @@ fn correct(comparisons: &mut [Comparison]) {
     }
 }
 
-/// How both stacks ended the worlds that both drove: the first of the two is `first`.
+/// Paired outcomes of two stacks on the worlds that both drove.
 fn outcomes(first: &StackRows, second: &StackRows) -> PairedOutcomes {
     let (a, b): (Vec<bool>, Vec<bool>) =
         first.shared(second).map(|(a, b)| (a.outcome.is_success(), b.outcome.is_success())).unzip();
@@ -192,7 +192,7 @@ pub fn compare_pairs(reference: &StackRows, stack: &StackRows) -> Vec<Comparison
     [vec![blank], metrics].concat()
 }
 
-/// The tests of two stacks as if their worlds had nothing to do with each other.
+/// The tests of two stacks as if their worlds were independent.
 fn compare_unpaired(reference: &StackRows, stack: &StackRows) -> Vec<Comparison> {
     let count = |stack: &StackRows| {
         let feasible = stack.rows.values().filter(|row| row.outcome.is_rated());

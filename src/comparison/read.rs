@@ -1,4 +1,4 @@
-//! Rows of result files, sorted into sections that may be compared within.
+//! Rows of result files, sorted into sections; rows are compared only within a section.
 
 use crate::results::{EPISODES_CSV, ReadError, Reader, ResultsError, Row, title};
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ pub struct Table {
     pub path: PathBuf,
     /// One section per point of its sweep, in order.
     pub sections: Vec<Section>,
-    /// Columns that the table lacks because it is older than they are: undefined in every row.
+    /// Columns that are younger than the table, hence undefined in every row.
     pub missing: Vec<&'static str>,
 }
 
@@ -26,7 +26,7 @@ pub struct Section {
     pub scenario: String,
     /// Number of the point.
     pub point: u32,
-    /// Swept keys and their values, as far as they touch one of the stacks: else the value is empty.
+    /// Swept keys and their values; the value is empty if the key concerns none of the stacks.
     pub swept: Vec<(String, String)>,
     /// The stacks, in the order of their first rows.
     pub stacks: Vec<StackRows>,
@@ -37,14 +37,14 @@ pub struct Section {
 pub struct StackRows {
     /// Its name.
     pub name: String,
-    /// Values of the swept keys; empty where a key does not touch the stack.
+    /// Values of the swept keys; empty if a key does not concern the stack.
     pub values: Vec<String>,
     /// One row per world: (seed, episode).
     pub rows: BTreeMap<(u64, u64), Row>,
 }
 
 impl StackRows {
-    /// Whether it is the other run's stack at the same values. Older tables give a value to keys that do not touch a stack.
+    /// Whether it is the other run's stack at the same values. Older tables give a value to keys that do not concern a stack.
     pub(super) fn is_same_setting(&self, other: &Self) -> bool {
         let agree = |(a, b): (&String, &String)| a == b || a.is_empty() || b.is_empty();
         self.name == other.name && self.values.iter().zip(&other.values).all(agree)
@@ -64,14 +64,14 @@ impl StackRows {
         self.rows.values().filter(|row| row.outcome.is_success()).count() as u64
     }
 
-    /// Successes by episodes in feasible worlds; 0 without any.
+    /// Successes divided by episodes in feasible worlds; 0 without any.
     pub fn success_rate(&self) -> f64 {
         let feasible = self.rows.values().filter(|row| row.outcome.is_rated()).count();
         if feasible == 0 { 0.0 } else { self.successes() as f64 / feasible as f64 }
     }
 }
 
-/// Why a table cannot be compared within.
+/// Reason why the rows of a table cannot be compared.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     /// It cannot be read as an `episodes.csv`.
@@ -84,15 +84,15 @@ pub enum TableError {
         path: PathBuf,
         /// Number of the line, from 1.
         line: u64,
-        /// What is wrong with it.
+        /// Description of the fault.
         message: String,
     },
 }
 
-/// Reads an `episodes.csv` of this version or an older one into one section per point; a folder stands for the one in it.
+/// Reads an `episodes.csv` of this version or an older one into one section per point; of a folder, the `episodes.csv` in it.
 ///
 /// # Errors
-/// What is wrong with the file, with its line; also two rows of one stack in one world, stacks that met different worlds in one
+/// The fault of the file, with its line; also two rows of one stack in one world, stacks that met different worlds in one
 /// episode, and rows of a second scenario.
 pub fn read_table(path: &Path) -> Result<Table, TableError> {
     let path = if path.is_dir() { path.join(EPISODES_CSV) } else { path.to_owned() };

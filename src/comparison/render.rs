@@ -5,7 +5,7 @@ use crate::episode::Outcome;
 use crate::results::{Rate, Statistics};
 use std::fmt::Write as _;
 
-/// How a report is written.
+/// Format of a report.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Format {
     /// Aligned columns for a terminal.

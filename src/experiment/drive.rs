@@ -132,8 +132,8 @@ impl Experiment {
         }
     }
 
-    /// Writes `e000017_a_star+dwa.csv`, and the scans to `e000017_a_star+dwa.lidar.csv`. In a sweep of several points the names
-    /// begin with the point.
+    /// Writes `e000017_a_star+dwa.csv`, and the scans to `e000017_a_star+dwa.lidar.csv`. In a sweep the names begin with the
+    /// point, as in `p0003_`.
     fn write_trace(&self, folder: &Path, row: &Row, scene: &Scene, trace: &Trace) -> Result<(), RunError> {
         let point = if self.swept.is_empty() { String::new() } else { format!("p{:04}_", row.point) };
         let stem = format!("{point}e{:06}_{}", row.episode, row.stack);

@@ -25,7 +25,7 @@ struct Parts {
     corners: Vec<Vec2>,
     circumradius_m: f64,
     inradius_m: f64,
-    /// Worked out when it is first asked for.
+    /// Discs that cover the polygon, computed on first use.
     cover: OnceLock<Vec<Disc>>,
 }
 
@@ -122,7 +122,7 @@ impl Polygon {
     }
 
     /// Discs whose union holds the polygon and little more: so the distance from their union is never more than
-    /// that from the polygon. For those who look up distances of points.
+    /// that from the polygon. For callers that look up distances of points.
     pub fn cover(&self) -> &[Disc] {
         self.0.cover.get_or_init(|| cover(self.corners(), self.inradius_m()))
     }
@@ -171,7 +171,7 @@ impl From<[Vec2; 4]> for Corners {
 }
 
 impl Corners {
-    /// The same corners, each moved by what `f` makes of it, which must be a rigid motion.
+    /// The corners after the motion `f`, which must be rigid.
     #[must_use]
     pub fn map(mut self, f: impl Fn(Vec2) -> Vec2) -> Self {
         for point in &mut self.points[..self.count] {
@@ -263,7 +263,7 @@ pub fn distance(a: &[Vec2], b: &[Vec2]) -> f64 {
     math::min(corner_to_edge(a, b), corner_to_edge(b, a))
 }
 
-/// The largest distance by which all of `b` lies beyond the line of an edge of `a`, m; negative where none does.
+/// The largest distance by which all of `b` lies beyond the line of an edge of `a`, m; negative if it lies beyond none.
 fn separation(a: &[Vec2], b: &[Vec2]) -> f64 {
     let beyond = |(p, q)| {
         let normal = outward(p, q);
@@ -272,9 +272,9 @@ fn separation(a: &[Vec2], b: &[Vec2]) -> f64 {
     edges(a).map(beyond).fold(f64::NEG_INFINITY, math::max)
 }
 
-/// When a ray enters a convex body and when it leaves it again, in units of the ray's speed; `None` where it misses.
+/// Times at which a ray enters a convex body and leaves it again, in units of the ray's speed; `None` if it misses.
 /// The body is the intersection of half planes `normal · x ≤ offset`; the normal is that of the face of entry, zero
-/// where the ray begins inside.
+/// if the ray begins inside.
 fn clip(from: Vec2, velocity: Vec2, planes: impl Iterator<Item = (Vec2, f64)>) -> Option<(f64, Vec2)> {
     let (mut enters, mut leaves, mut normal) = (f64::NEG_INFINITY, f64::INFINITY, Vec2::zeros());
     for (face, offset) in planes {
@@ -303,8 +303,8 @@ pub fn cast_ray(corners: &[Vec2], from: Vec2, unit: Vec2) -> f64 {
 }
 
 /// First contact of the polygon `moving` at constant `velocity` with the polygon `still`: the time and the unit normal of
-/// contact, which points from `still` to `moving`. At time 0 where they overlap already and approach; `None`
-/// where they part or never meet.
+/// contact, which points from `still` to `moving`. At time 0 if they overlap already and approach; `None`
+/// if they move apart or never meet.
 ///
 /// The origin as a point against the Minkowski difference still − moving, whose edges are those of both.
 pub fn sweep(moving: &[Vec2], velocity: Vec2, still: &[Vec2]) -> Option<Hit> {
@@ -371,9 +371,9 @@ fn outward_at(corners: &[Vec2], p: Vec2) -> Vec2 {
     best.1
 }
 
-/// How far the discs of a cover may stick out, as shares of the inradius: the first that will do is taken.
+/// Largest overhangs of the discs of a cover, as shares of the inradius; the first that suffices is taken.
 const OVERHANGS: [f64; 7] = [0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5];
-/// How many discs a cover may have, each tried with all overhangs: look-ups cost, and slender outlines need more.
+/// Largest numbers of discs of a cover, each tried with all overhangs: look-ups cost time, but slender outlines need more.
 const DISCS_MAX: [usize; 3] = [8, 16, 32];
 /// Intervals a side of the lattice of points that are covered.
 const POINTS: i32 = 40;
@@ -381,7 +381,7 @@ const POINTS: i32 = 40;
 const CENTRES: i32 = 16;
 
 /// Discs that cover a polygon, chosen greedily: from those that stick out by a given overhang, the one that covers most of
-/// what is not covered yet. Where nothing will do, the disc about the origin.
+/// the points not covered yet. If no choice suffices, the disc about the origin.
 fn cover(corners: &[Vec2], inradius_m: f64) -> Vec<Disc> {
     let around = bounds(corners);
     let size = around.max - around.min;

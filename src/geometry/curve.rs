@@ -8,7 +8,7 @@ use super::{Vec2, cross};
 use crate::math;
 use serde::{Deserialize, Serialize};
 
-/// Coefficients of a curve: degree 7 is what minimum snap needs.
+/// Number of coefficients of a curve; minimum snap needs degree 7.
 pub const COEFFICIENTS: usize = 8;
 
 /// Spans of u whose arc lengths are tabulated.
@@ -120,7 +120,7 @@ impl Curve {
         }
     }
 
-    /// The parameter at which the curve comes nearest to `p`; the first of equals among the samples looked at.
+    /// The parameter at which the curve comes nearest to `p`; ties go to the first of the samples.
     pub fn nearest(&self, p: Vec2) -> f64 {
         const SAMPLES: usize = 8 * SPANS;
         let squared = |u: f64| (self.point(u) - p).norm_squared();

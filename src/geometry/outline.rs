@@ -46,7 +46,7 @@ impl Shape {
     }
 }
 
-/// A shape that points somewhere. Where it is, the callers say: `centre` is the place of its origin.
+/// A shape with a heading. Its position is an argument of the methods: `centre` is the place of its origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outline {
     shape: Shape,
@@ -234,7 +234,7 @@ impl Outline {
 /// The footprint of a body at one moment.
 #[derive(Clone, Copy, Debug)]
 pub struct Body {
-    /// Where its centre is.
+    /// Position of its centre, m.
     pub position: Vec2,
     /// Radius of the smallest disc about the centre that holds it, m.
     pub radius_m: f64,
@@ -279,7 +279,7 @@ fn cast_ray_rect(from: Vec2, unit: Vec2, rect: Rect) -> f64 {
 /// First contact of a moving body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// When, s.
+    /// Time of the contact, s.
     pub time_s: f64,
     /// Unit vector at the contact from the obstacle's surface to the body.
     pub normal: Vec2,
@@ -288,7 +288,7 @@ pub struct Hit {
 /// First contact of a disc of `radius` that moves from `p` with `velocity`, with a rectangle.
 ///
 /// Closed form: the point `p` against the four faces, moved out by the radius, and the four corners as
-/// discs. At time 0 where they touch already and approach; `None` where they part or never meet.
+/// discs. At time 0 if they touch already and approach; `None` if they move apart or never meet.
 pub fn sweep_disc_rect(p: Vec2, velocity: Vec2, radius: f64, rect: Rect) -> Option<Hit> {
     if rect.signed_distance(p) <= radius {
         let normal = outward_normal(p, rect);

@@ -104,7 +104,7 @@ impl Piece {
         }
     }
 
-    /// Directions, not of unit length, in which the piece that begins at `from` sets out and arrives; `None` where it has no length.
+    /// Directions, not of unit length, in which the piece that begins at `from` sets out and arrives; `None` if it has no length.
     pub fn tangents(&self, from: Vec2) -> Option<(Vec2, Vec2)> {
         if self.length(from) == 0.0 {
             return None;
@@ -170,10 +170,10 @@ fn turned_about(p: Vec2, centre: Vec2, angle: f64) -> Vec2 {
     centre + Vec2::new(cos * r.x - sin * r.y, sin * r.x + cos * r.y)
 }
 
-/// A point of a path that means something to whoever follows it: where the method turns, the centre of a gate.
+/// A significant point of a path, such as a turn of the method or the centre of a gate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KeyNode {
-    /// Where it is; a smoothed path may pass beside it.
+    /// Its position, m; a smoothed path may pass beside it.
     pub position: Vec2,
     /// Arc length of the path's point that belongs to it, m.
     pub along_m: f64,
@@ -194,7 +194,7 @@ pub struct Path {
 }
 
 impl Path {
-    /// The polyline through `vertices`; empty where there are none, a single point where there is one.
+    /// The polyline through `vertices`; empty without vertices, a single point for one vertex.
     pub fn polyline(vertices: &[Vec2]) -> Self {
         let start = vertices.first().copied().unwrap_or_default();
         Self::new(start, vertices.iter().skip(1).map(|&to| Piece::Line { to }).collect())

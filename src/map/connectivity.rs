@@ -1,8 +1,8 @@
-//! Which cells can be reached from which.
+//! Connectivity of cells.
 //!
-//! Moves go to the 8 neighbours, a diagonal one only where both cells beside it are passable. Where
-//! such a diagonal is allowed, the same cell is reached by two straight moves; what can be reached is
-//! therefore what 4 neighbours reach, and the fills below look at these alone.
+//! Moves go to the 8 neighbours, a diagonal one only if both cells beside it are passable. Then
+//! the same cell is reached by two straight moves as well. The reachable cells are therefore
+//! those that moves to the 4 straight neighbours reach, and the fills below use these alone.
 
 use super::{Cell, DistanceField, OccupancyGrid};
 
@@ -13,7 +13,7 @@ pub fn passable(field: &DistanceField, clearance_m: f64) -> Vec<bool> {
     field.squares().iter().map(|&squared| squared >= threshold).collect()
 }
 
-/// The cells that a disc of radius `clearance_m` can reach from `from`, row-major; none where it
+/// The cells that a disc of radius `clearance_m` can reach from `from`, row-major; none if it
 /// cannot stand at `from` or `from` lies outside.
 ///
 /// # Panics
@@ -30,7 +30,7 @@ pub fn reachable(grid: &OccupancyGrid, field: &DistanceField, from: Cell, cleara
     reached
 }
 
-/// The connected parts of what is passable.
+/// The connected components of the passable cells.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Components {
     labels: Vec<u32>,
@@ -62,17 +62,17 @@ impl Components {
         Self { labels, sizes }
     }
 
-    /// The number of each cell's part, row-major; 0 where a cell is not passable.
+    /// The number of each cell's part, row-major; 0 for a cell that is not passable.
     pub fn labels(&self) -> &[u32] {
         &self.labels
     }
 
-    /// Cells of each part: that of part k stands at k − 1.
+    /// Number of cells of each part; that of part k stands at index k − 1.
     pub fn sizes(&self) -> &[usize] {
         &self.sizes
     }
 
-    /// The number of the part with the most cells, the first of equals; none where nothing is passable.
+    /// The number of the part with the most cells; ties go to the lowest number. `None` if no cell is passable.
     pub fn largest(&self) -> Option<u32> {
         let most = self.sizes.iter().max()?;
         let first = self.sizes.iter().position(|size| size == most)?;
@@ -85,7 +85,7 @@ impl Components {
     }
 }
 
-/// Visits the passable cells connected with `from`; `enter` says whether a cell is new.
+/// Visits the passable cells connected with `from`; `enter` returns whether a cell is new.
 fn fill(
     grid: &OccupancyGrid,
     passable: &[bool],

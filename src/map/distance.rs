@@ -20,8 +20,8 @@
 //!    D(c) = min( G(c), min over k of (2c + 1 − 2k)² + E(k) )
 //!    ```
 //!
-//!    A square's farther edge never weighs less than the nearer one, so that it does no harm. What
-//!    is left is the lower envelope of plain parabolas (Felzenszwalb & Huttenlocher, *Distance
+//!    A square's farther edge never weighs less than the nearer one, so that it does no harm. The
+//!    rest is the lower envelope of plain parabolas (Felzenszwalb & Huttenlocher, *Distance
 //!    Transforms of Sampled Functions*, Theory of Computing, 2012; the integer separator is that of
 //!    Meijster, Roerdink & Hesselink, *A General Algorithm for Computing Distance Transforms in
 //!    Linear Time*, ISMM 2000). For edges i < j, the left one is at most the right one where
@@ -73,9 +73,9 @@ const fn f(offset: u32) -> u32 {
 struct Arch {
     /// The edge at its lowest point.
     edge: i32,
-    /// Its value there.
+    /// The value at its lowest point.
     weight: i32,
-    /// The first column that it owns.
+    /// The first column in which it is the lowest parabola.
     from: i32,
 }
 
@@ -95,10 +95,10 @@ impl DistanceField {
         Self { cols, rows, resolution_m: grid.resolution_m(), squared }
     }
 
-    /// Takes in cells that have become occupied in `grid`: the same, bit for bit, as computing it anew.
+    /// Updates the field for cells that have become occupied in `grid`. The result is, bit for bit, that of computing it anew.
     ///
-    /// Costs what the changed cells cost (a few ns each, for each added cell on the outline of what
-    /// was added), and never much more than computing it anew.
+    /// The cost is proportional to the changed cells (a few ns each, for each added cell on the outline of
+    /// the added ones), and never much more than that of computing it anew.
     ///
     /// The cells that change for one new square are those that it is nearest to. On the way from such a
     /// centre straight to the square, the distance to the square falls by the way gone and
@@ -132,7 +132,7 @@ impl DistanceField {
         }
     }
 
-    /// Takes in one occupied cell and returns the number of cells looked at.
+    /// Updates the field for one occupied cell and returns the number of cells examined.
     fn add_square(&mut self, cell: Cell) -> usize {
         let (col, row) = (cell.col as usize, cell.row as usize);
         if self.squared[row * self.cols + col] == 0 {
@@ -165,7 +165,7 @@ impl DistanceField {
         f64::from(self.squared(cell)).sqrt() * (0.5 * self.resolution_m)
     }
 
-    /// Square of that distance in units of (resolution / 2)²; 0 in an occupied cell and outside.
+    /// Square of [`Self::distance_m`] in units of (resolution / 2)²; 0 in an occupied cell and outside.
     pub fn squared(&self, cell: Cell) -> u32 {
         let Cell { col, row } = cell;
         if col < 0 || row < 0 || col as usize >= self.cols || row as usize >= self.rows {
@@ -188,7 +188,7 @@ impl DistanceField {
     }
 }
 
-/// Looks of [`DistanceField::add`] at a cell, on average, after which computing anew is cheaper.
+/// Average number of times that [`DistanceField::add`] examines a cell, above which computing anew is cheaper.
 const SWEEPS_MAX: usize = 4;
 
 /// Whether a square at squared distance `square` from a centre is at most one diagonal of a cell

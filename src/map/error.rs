@@ -1,14 +1,14 @@
-//! What can be wrong with a map.
+//! Errors of maps.
 
 use std::path::{Path, PathBuf};
 
-/// Why there is no map. Each message says what was found, what was expected and what to do.
+/// Reason why a map cannot be made. Each message says what was found, what was expected and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
     /// A file could not be read.
     #[error("cannot read the map: {source}")]
     Read {
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// A text does not follow its format.
@@ -18,21 +18,21 @@ pub enum MapError {
         line: usize,
         /// Character in the line, counted from 1.
         column: usize,
-        /// What stands there.
+        /// The text found there.
         found: String,
-        /// What the format asks for.
+        /// The text that the format expects.
         expected: String,
-        /// What to do about it.
+        /// Advice for mending it.
         advice: &'static str,
     },
-    /// The header of a map, which is YAML, says what it may not say.
+    /// The YAML header of a map is invalid.
     #[error("line {line}, column {column}: {message}")]
     Header {
         /// Line in the text, counted from 1.
         line: usize,
         /// Character in the line, counted from 1.
         column: usize,
-        /// What was found, and what was expected.
+        /// Message with what was found and what was expected.
         message: String,
     },
     /// An image cannot be read as a map.
@@ -40,11 +40,11 @@ pub enum MapError {
     Image {
         /// The image's file.
         image: PathBuf,
-        /// What is there.
+        /// Properties of the image.
         found: String,
-        /// What would do.
+        /// Properties that were expected.
         expected: String,
-        /// What to do about it.
+        /// Advice for mending it.
         advice: &'static str,
     },
     /// Numbers of a map contradict each other.
@@ -54,9 +54,9 @@ pub enum MapError {
         map: &'static str,
         /// The numbers as given.
         found: String,
-        /// What would fit.
+        /// Numbers that would fit.
         expected: String,
-        /// What to do about it.
+        /// Advice for mending it.
         advice: &'static str,
     },
     /// No acceptable map was drawn within the bound on tries.
@@ -64,23 +64,23 @@ pub enum MapError {
     Infeasible {
         /// The kind of map.
         map: &'static str,
-        /// Draws taken and rejected.
+        /// Number of draws taken and rejected.
         tries: u32,
-        /// What a draw should do.
+        /// Condition that a draw should meet.
         wanted: &'static str,
-        /// What to do about it.
+        /// Advice for mending it.
         advice: &'static str,
     },
     /// A file could not be written.
     #[error("cannot write the map: {source}")]
     Write {
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// A file's extension names no format.
     #[error("the extension names no format of maps, expected {known}")]
     UnknownExtension {
-        /// The formats that there are.
+        /// The known formats.
         known: String,
     },
     /// Any of the above, about a file.
@@ -88,7 +88,7 @@ pub enum MapError {
     File {
         /// The file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// The error about that file.
         source: Box<MapError>,
     },
 }
@@ -104,7 +104,7 @@ impl MapError {
         Self::Format { line: line + 1, column: column + 1, found: found.into(), expected: expected.into(), advice }
     }
 
-    /// The same error, said of a file.
+    /// The same error, with the name of the file.
     pub(super) fn of(self, file: &Path) -> Self {
         Self::File { file: file.into(), source: Box::new(self) }
     }

@@ -19,13 +19,13 @@ use std::path::{Path, PathBuf};
 pub struct FileFormat {
     /// The extensions in small letters without the dot; the usual one first.
     pub extensions: &'static [&'static str],
-    /// What the format is called, if its extension does not say it.
+    /// Name of the format, if its extension does not say it.
     pub name: Option<&'static str>,
     /// Whether resolution and origin have a place in the format.
     pub has_frame: bool,
-    /// Reads a file; the resolution holds where the file says nothing of it.
+    /// Reads a file; the resolution is used if the file gives none.
     pub read: fn(&Path, Positive, Unknown) -> Result<Loaded, MapError>,
-    /// Writes a file, and whatever belongs beside it; returns the files written.
+    /// Writes a file and its companions, such as an image; returns the files written.
     pub write: fn(&OccupancyGrid, &Path) -> Result<Vec<PathBuf>, MapError>,
 }
 
@@ -38,7 +38,7 @@ impl FileFormat {
     /// The format of a file by its extension, in capitals or not.
     ///
     /// # Errors
-    /// [`MapError::UnknownExtension`] if there is none of that name.
+    /// [`MapError::UnknownExtension`] if no format has that extension.
     pub fn of(file: &Path) -> Result<&'static Self, MapError> {
         let extension = file.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
         let has = |format: &&Self| extension.as_deref().is_some_and(|found| format.extensions.contains(&found));
@@ -68,16 +68,16 @@ pub enum Unknown {
     Free,
 }
 
-/// A map as its file has it.
+/// A map read from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded {
-    /// The grid, unknown cells counted as they were to be.
+    /// The grid, with unknown cells treated as requested.
     pub grid: OccupancyGrid,
     /// Number of unknown cells.
     pub unknown: usize,
 }
 
-/// Reads a map file. `resolution_m` holds where the file says nothing of it.
+/// Reads a map file. `resolution_m` is used if the file gives no resolution.
 ///
 /// # Errors
 /// [`MapError::File`] if the extension is unknown, or the file cannot be read or does not follow its format.
@@ -85,7 +85,7 @@ pub fn read(file: &Path, resolution_m: Positive, unknown: Unknown) -> Result<Loa
     (FileFormat::of(file)?.read)(file, resolution_m, unknown)
 }
 
-/// Writes a map file, a `.yaml` together with a `.pgm` of the same name; returns what was written.
+/// Writes a map file, a `.yaml` together with a `.pgm` of the same name; returns the files written.
 ///
 /// # Errors
 /// [`MapError::File`] if the extension is unknown or a file cannot be written.
@@ -104,7 +104,7 @@ pub(super) fn save(file: &Path, bytes: &[u8]) -> Result<PathBuf, MapError> {
 /// A colour picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Colours row by row from the top; what is transparent is as it would be on white.
+    /// Colours row by row from the top; transparent pixels are blended with white.
     pub pixels: Vec<[u8; 3]>,
     /// Pixels in a row.
     pub width: usize,
@@ -150,7 +150,7 @@ pub fn write_preview(picture: &Picture, grid: &OccupancyGrid, file: &Path) -> Re
     save(file, &png).map(|_| ())
 }
 
-/// What of a grid gets lost in a format, in words; none where nothing does.
+/// The parts of a grid that a format cannot hold, in words; `None` if it holds all.
 pub fn loss(grid: &OccupancyGrid, format: &FileFormat) -> Option<String> {
     let lost = !format.has_frame && (grid.resolution_m() != 1.0 || *grid.frame() != Frame::IDENTITY);
     let origin = grid.frame().origin;

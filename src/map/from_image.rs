@@ -14,7 +14,7 @@
 
 use super::OccupancyGrid;
 
-/// How a picture becomes a grid.
+/// Parameters by which a picture becomes a grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Params {
     /// An obstacle's hue lies between these, degrees; [300, 60] goes through red. [0, 360] takes every hue.
@@ -23,11 +23,11 @@ pub struct Params {
     pub saturation_min: f64,
     /// An obstacle's value is below this, 0 to 1 (the paper's T_v: glare is left out); above 1 takes every value.
     pub value_max: f64,
-    /// Opening: what is narrower than twice this and one, px, vanishes.
+    /// Opening: obstacles narrower than 2 `opening_px` + 1 px vanish.
     pub opening_px: u32,
-    /// Closing: gaps that are narrower than twice this and one, px, are filled.
+    /// Closing: gaps narrower than 2 `closing_px` + 1 px are filled.
     pub closing_px: u32,
-    /// Columns and rows of the grid; the picture's own where absent.
+    /// Columns and rows of the grid; `None` for those of the picture.
     pub size: Option<[u32; 2]>,
     /// Side of a cell, m.
     pub resolution_m: f64,
@@ -108,15 +108,15 @@ impl Params {
     }
 }
 
-/// Gives every pixel `value` that has one of that value within a square window of `reach` to all sides: dilation for
-/// `true`, erosion for `false`. What is outside the picture has neither. Rows, then columns; linear in the pixels.
+/// Gives `value` to every pixel that has a pixel of that value within a square window of `reach` to all sides: dilation for
+/// `true`, erosion for `false`. Pixels outside the picture count for neither. Rows, then columns; linear in the pixels.
 fn spread(mask: &mut [bool], width: usize, reach: usize, value: bool) {
     let height = mask.len() / width;
     spread_lines(mask, (0..height).map(|row| (row * width, 1, width)), reach, value);
     spread_lines(mask, (0..width).map(|col| (col, width, height)), reach, value);
 }
 
-/// The same along lines given by first pixel, step and length.
+/// [`spread`] along lines given by first pixel, step and length.
 fn spread_lines(mask: &mut [bool], lines: impl Iterator<Item = (usize, usize, usize)>, reach: usize, value: bool) {
     for (first, step, length) in lines {
         let had: Vec<bool> = (0..length).map(|k| mask[first + k * step] == value).collect();

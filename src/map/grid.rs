@@ -14,7 +14,7 @@ pub struct Cell {
     pub row: i32,
 }
 
-/// Where the grid lies in the world: the pose of its lower left corner.
+/// Place of the grid in the world: the pose of its lower left corner.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     /// World pose of the grid's lower left corner.
@@ -22,7 +22,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Grid frame and world frame are the same.
+    /// The frame in which grid and world coincide.
     pub const IDENTITY: Self = Self { origin: Pose { position: Vec2::new(0.0, 0.0), theta: 0.0 } };
 
     /// A grid pose in the world frame.
@@ -138,7 +138,7 @@ impl OccupancyGrid {
         grid
     }
 
-    /// The same grid, lying elsewhere in the world.
+    /// The same grid with another frame.
     pub fn with_frame(mut self, frame: Frame) -> Self {
         self.frame = frame;
         self
@@ -169,7 +169,7 @@ impl OccupancyGrid {
         self.resolution_m
     }
 
-    /// Where the grid lies in the world.
+    /// Place of the grid in the world.
     pub fn frame(&self) -> &Frame {
         &self.frame
     }

@@ -1,4 +1,4 @@
-//! What every kind of map does, and what its registry says of it.
+//! Behaviour of every kind of map, and its registry entry.
 
 use super::file::FileFormat;
 use super::{MapError, MapSeed, OccupancyGrid};
@@ -22,7 +22,7 @@ pub trait MapKind {
 
 /// A kind of map that is drawn from a seed.
 pub trait Generator {
-    /// Which map of the family an episode gets (scenario key `map_seed` of the kind).
+    /// Choice of the map of an episode from the family (scenario key `map_seed` of the kind).
     fn map_seed(&self) -> MapSeed;
 
     /// The map of a seed; every draw comes from its stream `map`.
@@ -43,16 +43,16 @@ impl<G: Generator> MapKind for G {
     }
 }
 
-/// What the registry says of a kind of map.
+/// Registry entry of a kind of map.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
-    /// One line: what it is.
+    /// One line that describes it.
     pub summary: &'static str,
-    /// The formats of map files that it brings; none for a map that is not in a file of its own.
+    /// The formats of map files that it brings; empty for a map that is not in a file of its own.
     pub files: &'static [FileFormat],
 }
 
-/// The resolution of maps that name none, m: the seed papers count in cells of 1 m (systems.md §1.1).
+/// Default resolution of maps, m: the seed papers count in cells of 1 m (systems.md §1.1).
 pub(super) fn one_metre() -> Positive {
     Positive::new(1.0)
 }

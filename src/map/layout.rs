@@ -1,4 +1,4 @@
-//! What generators share: lengths in whole cells, rectangles, spanning trees.
+//! Tools that generators share: lengths in whole cells, rectangles, spanning trees.
 
 use super::{Cell, MapError, OccupancyGrid, SIDE_MAX};
 use crate::rng::Stream;
@@ -7,7 +7,7 @@ use std::ops::Range;
 /// A length in whole cells; `map` and `key` name it in errors.
 ///
 /// # Errors
-/// [`MapError::Contradiction`] if it is not a whole number of cells or more than [`SIDE_MAX`] of them.
+/// [`MapError::Contradiction`] if it is not a whole number of cells or exceeds [`SIDE_MAX`] cells.
 pub(super) fn cells(map: &'static str, key: &str, length_m: f64, resolution_m: f64) -> Result<i64, MapError> {
     let cells = length_m / resolution_m;
     let whole = cells.round();
@@ -79,8 +79,8 @@ pub(super) struct Joined {
 }
 
 /// A random spanning tree over a lattice of `across` × `up` rooms, row-major from the lower left: from
-/// each room exactly one way leads to each other. A depth-first walk from room 0, which takes a new neighbour
-/// at random (drawn among right, left, above, below, in this order) and returns where there is none: long
+/// each room exactly one way leads to each other. It is made by a depth-first walk from room 0, which takes a new neighbour
+/// at random (drawn among right, left, above, below, in this order) and goes back if no neighbour is new. It has long
 /// winding ways and few branches. Each room is entered once and left once.
 pub(super) fn spanning_tree(across: usize, up: usize, stream: &mut Stream) -> Vec<Joined> {
     let mut joined = vec![Joined::default(); across * up];

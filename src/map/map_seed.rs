@@ -1,4 +1,4 @@
-//! Which map of a random family an episode gets: the key `map_seed` of every generator that draws.
+//! Choice of an episode's map from a random family: the key `map_seed` of every generator that draws.
 
 use crate::rng::EpisodeSeed;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::fmt;
 
-/// Which map of a random family an episode gets.
+/// Choice of an episode's map from a random family.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MapSeed {
     /// A new map for each episode, from the scenario's seed (`per_episode`).
@@ -18,7 +18,7 @@ pub enum MapSeed {
 }
 
 impl MapSeed {
-    /// The seed to draw the map of an episode from.
+    /// The seed from which the map of an episode is drawn.
     pub(super) fn of(self, episode: EpisodeSeed) -> EpisodeSeed {
         match self {
             Self::PerEpisode => episode,

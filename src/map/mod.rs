@@ -27,13 +27,13 @@ use crate::rng::EpisodeSeed;
 use crate::settings::registry;
 use std::path::Path;
 
-/// Most cells along one side of a map; checked before anything is allocated.
+/// Largest number of cells along one side of a map; checked before anything is allocated.
 pub const SIDE_MAX: usize = 16_384;
 
 registry! {
     /// The known map of a scenario (scenario key `map`): drawn in place, read from a file, or generated.
     pub enum MapSpec: "map", Entry, dyn MapKind {
-        /// Maps that somebody drew: in the scenario or in a file.
+        /// Maps drawn by hand or recorded, in the scenario or in a file.
         formats { ascii, movingai, ros }
         /// Maps that are computed, most of them from a seed.
         generators { random, warehouse, port, rooms, maze, u_trap, workshop, empty }

@@ -7,25 +7,25 @@ use super::Cell;
 use super::formats::movingai;
 use std::path::Path;
 
-/// A start, a goal and what is known of the way.
+/// A start, a goal and the length of the shortest way, if known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Query {
-    /// Where to start, in cells of the file.
+    /// Start, in cells of the file.
     pub start: Cell,
-    /// Where to go, in cells of the file.
+    /// Goal, in cells of the file.
     pub goal: Cell,
     /// Length of the shortest way for 8 neighbours that cuts no corner, in cells.
     pub optimum: Option<f64>,
-    /// How far a correct length may be from `optimum`, for it is printed with few digits, in cells.
+    /// Largest distance of a correct length from `optimum`, which is printed with few digits, in cells.
     pub tolerance: f64,
-    /// Its line in the file, from 1; 0 where it is from no file.
+    /// Its line in the file, from 1; 0 if it is from no file.
     pub line: usize,
 }
 
 /// Reads a file of queries: a `.scen` of the MovingAI benchmarks, or any other as a table ([`parse_table`]).
 ///
 /// # Errors
-/// The first thing wrong, with its line.
+/// The first fault, with its line.
 pub fn read(file: &Path) -> Result<Vec<Query>, String> {
     let text = std::fs::read_to_string(file).map_err(|error| format!("cannot read `{}`: {error}", file.display()))?;
     let is_scen = file.extension().is_some_and(|extension| extension == "scen");
@@ -36,7 +36,7 @@ pub fn read(file: &Path) -> Result<Vec<Query>, String> {
 /// Reads a `.scen`.
 ///
 /// # Errors
-/// The first thing wrong, with its line.
+/// The first fault, with its line.
 pub fn parse_scen(text: &str) -> Result<Vec<Query>, String> {
     let queries = movingai::parse_queries(text).map_err(|error| error.to_string())?;
     let lines = text.lines().enumerate().skip(1).filter(|(_, line)| !line.trim().is_empty());
@@ -53,11 +53,11 @@ pub fn parse_scen(text: &str) -> Result<Vec<Query>, String> {
     Ok(read.collect())
 }
 
-/// Reads a table of queries: a first line that names the columns `start_col`, `start_row`, `goal_col`, `goal_row` and, where the optimum is
-/// known, `length_cells`; columns are parted by tabs or commas.
+/// Reads a table of queries, columns separated by tabs or commas. The first line names the columns `start_col`, `start_row`,
+/// `goal_col`, `goal_row` and, if the optimum is known, `length_cells`.
 ///
 /// # Errors
-/// The first thing wrong, with its line.
+/// The first fault, with its line.
 pub fn parse_table(text: &str) -> Result<Vec<Query>, String> {
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     let (_, header) = lines.next().ok_or("the file is empty")?;
@@ -101,7 +101,7 @@ pub fn parse_table(text: &str) -> Result<Vec<Query>, String> {
         .collect()
 }
 
-/// How far a correct length may be from a printed one, in cells.
+/// Largest distance of a correct length from a printed one, in cells.
 ///
 /// Eight decimals are sums with √2 = 1.414213562, which is 3.8e-10 short per diagonal step, rounded once; fewer come from six significant
 /// digits of sums in single precision.

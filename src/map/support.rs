@@ -1,4 +1,4 @@
-//! What the tests of map kinds share.
+//! Helpers shared by the tests of map kinds.
 
 use super::{MapError, MapKind, MapSpec, OccupancyGrid};
 use crate::rng::EpisodeSeed;

@@ -29,7 +29,7 @@ fn heading_changes(ticks: &[Tick]) -> impl Iterator<Item = f64> + '_ {
     ticks.windows(2).map(|pair| wrap_angle(pair[1].pose.theta - pair[0].pose.theta))
 }
 
-/// The mean of some numbers; `None` of none.
+/// The mean of some numbers; `None` without any.
 fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0u32);
     for value in values {
@@ -45,13 +45,13 @@ pub fn length_m(ticks: &[Tick], dt_s: f64) -> f64 {
     driven(ticks).iter().map(|tick| tick.twist.v.abs() * dt_s).sum()
 }
 
-/// `speed_mean_mps`: length by time, m/s; undefined where no time passed.
+/// `speed_mean_mps`: length divided by time, m/s; undefined if no time passed.
 pub fn speed_mean_mps(length_m: f64, time_s: f64) -> Option<f64> {
     (time_s > 0.0).then(|| length_m / time_s)
 }
 
 /// `goal_error_m`: distance from the true position at the end to the goal, m; less is better. For a failed
-/// episode it says how far was left, in a straight line.
+/// episode it is the remaining distance in a straight line.
 pub fn goal_error_m(last: &Tick, goal: Vec2) -> f64 {
     (last.pose.position - goal).norm()
 }
@@ -115,8 +115,8 @@ fn ticks_where(ticks: &[Tick], dt_s: f64, holds: impl Fn(&Tick) -> bool) -> f64 
 }
 
 /// `curvature_max_1pm`: max |ω| / |v| over the ticks driven with |v| ≥ [`CURVATURE_SPEED_MIN_MPS`], 1/m; less is
-/// better. A tick is an exact arc, so this is its curvature, where Menger's three points give that of
-/// their spacing. Undefined where no tick is that fast (turns on the spot have no curvature).
+/// better. A tick is an exact arc, so this is its exact curvature, whereas Menger's three-point formula depends on the
+/// spacing of the points. Undefined if no tick is that fast (turns on the spot have no curvature).
 pub fn curvature_max_1pm(ticks: &[Tick]) -> Option<f64> {
     let fast = driven(ticks).iter().map(|tick| tick.twist).filter(|twist| twist.v.abs() >= CURVATURE_SPEED_MIN_MPS);
     fast.map(|twist| twist.omega.abs() / twist.v.abs()).reduce(math::max)
@@ -130,14 +130,14 @@ pub fn jerk_rms_mps3(ticks: &[Tick], dt_s: f64) -> Option<f64> {
 }
 
 /// `path_deviation_mean_m`: mean distance to the path in force over the ticks driven that had one, m; less is better.
-/// Undefined where none had.
+/// Undefined if no tick had a path.
 pub fn path_deviation_mean_m(ticks: &[Tick]) -> Option<f64> {
     mean(driven(ticks).iter().filter_map(|tick| tick.path_deviation_m))
 }
 
 /// `spl`: success weighted by path length, S · L / max(P, L) with L = `shortest_m`, P = `length_m`; 0 to 1, more is better
-/// (P. Anderson et al., On evaluation of embodied navigation agents, 2018). 0 on failure; undefined where L
-/// is, also on failure, or else such worlds would count only when they are lost.
+/// (P. Anderson et al., On evaluation of embodied navigation agents, 2018). 0 on failure. Undefined if L is undefined, also on
+/// failure: such worlds would otherwise count only when they are lost.
 pub fn spl(success: bool, length_m: f64, shortest_m: Option<f64>) -> Option<f64> {
     let shortest = shortest_m?;
     if !success {

@@ -6,7 +6,7 @@ use crate::robot::Robot;
 use crate::trace::{MoverState, Trace};
 use crate::world::{Mover, Scene};
 
-/// How far `ttc_min_s` looks ahead, s.
+/// Horizon of `ttc_min_s`, s.
 pub const TTC_HORIZON_S: f64 = 10.0;
 
 /// Surface distance at which two discs count as touching, m.
@@ -19,7 +19,7 @@ const STEP_MAX_S: f64 = 1.0;
 const STEPS_MAX: u32 = 1000;
 
 /// `encounters`: movers and unknown statics whose surface came within `encounter_m` of the footprint's edge
-/// at the end of some tick or at the beginning, each counted once. Neither direction is better: it tells
+/// at the end of some tick or at the beginning, each counted once. Neither direction is better: it measures
 /// how much there was to avoid. On failure, up to the end.
 pub fn encounters(scene: &Scene, robot: &Robot, trace: &Trace, encounter_m: f64) -> u32 {
     let reach_m = robot.radius_m + encounter_m;
@@ -67,7 +67,7 @@ pub fn ttc_min_s(scene: &Scene, robot: &Robot, trace: &Trace) -> Option<f64> {
     least
 }
 
-/// When a robot at constant twist and a mover at constant velocity first touch, s; `None` if not before `horizon_s`.
+/// Time until a robot at constant twist and a mover at constant velocity first touch, s; `None` if not before `horizon_s`.
 ///
 /// The discs around both come first: they cannot touch later than the outlines. From there on, where one is a polygon, the
 /// outlines, by conservative advancement on their exact distance: to a millimetre.
@@ -98,8 +98,8 @@ fn time_to_collision_s(
     Some(t)
 }
 
-/// When the centres of a robot at constant twist and a mover at constant velocity first come within `reach_m`,
-/// s; `None` if not before `horizon_s`.
+/// Time until the centres of a robot at constant twist and a mover at constant velocity first come within `reach_m` of each
+/// other, s; `None` if not before `horizon_s`.
 ///
 /// Conservative advancement on g(t) = |D(t)|², D from robot to mover. With V = D′ and the robot's
 /// acceleration |v ω| the only one, g″ = 2|V|² + 2 D·D″ ≥ −K, K = 2 |D| |v ω|; so up to a time h later

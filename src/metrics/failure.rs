@@ -1,4 +1,4 @@
-//! Why an episode failed, as far as its trace tells: for reports and for whoever looks for defects.
+//! Causes of failures, as far as the trace of an episode shows them: for reports and for finding defects.
 //!
 //! An outcome says *what* ended the episode; the cause says what led to it. The rules are tried from the top, the first that
 //! holds names the cause, so each failure has exactly one. They describe, they do not blame: "the mover turned" means that it did so
@@ -11,20 +11,20 @@ use crate::plan::contract::StateKind;
 use crate::trace::Trace;
 use crate::world::{ObstacleKind, Scene};
 
-/// How long before a contact a mover's turn explains it, s.
+/// Longest time from a mover's turn to a contact that the turn explains, s.
 const TURNED_WITHIN_S: f64 = 1.5;
 /// Change of a mover's velocity that counts as a turn, m/s.
 const TURN_MPS: f64 = 0.1;
-/// How long before a contact a lack of admissible commands explains it, s.
+/// Longest time from a lack of admissible commands to a contact that it explains, s.
 const NO_COMMAND_WITHIN_S: f64 = 1.0;
 /// Distance from the robot's centre to the surface of an unknown static that explains why it stands, m.
 const HELD_WITHIN_M: f64 = 1.0;
 /// A robot that moved farther than this in the last half minute before the time-out was not held, m.
 const HELD_RADIUS_M: f64 = 1.0;
-/// How long that half minute is, s.
+/// Duration of that half minute, s.
 const HELD_FOR_S: f64 = 30.0;
 
-/// What led to a failure.
+/// Cause of a failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Cause {
     /// A mover ran into the robot, which stood still.
@@ -41,7 +41,7 @@ pub enum Cause {
     HeldByUnknown,
     /// The robot stood, or paced up and down, with nothing but the known map around it.
     HeldByKnown,
-    /// The robot was under way when the time was up.
+    /// The robot was still driving at the time-out.
     UnderWay,
     /// No path, a crash of a planner, no feasible world: the outcome says it all.
     NeverDrove,

@@ -5,8 +5,8 @@
 //! what a failed episode gives: [`drive`] of the driven trajectory, [`encounter`] of meetings with
 //! obstacles, [`planned`] of the first planned path, [`shortest`] of the world alone.
 //!
-//! Undefined is `None`, an empty field; never NaN. Nothing here depends on how the episode was run, so
-//! metrics may be taken of traces from anywhere.
+//! An undefined value is `None`, an empty field, never NaN. Nothing here depends on how the episode was run, so
+//! metrics can be computed from any trace.
 
 pub mod drive;
 pub mod encounter;
@@ -75,7 +75,7 @@ pub struct Metrics {
     pub ttc_min_s: Option<f64>,
     /// Unknown statics and movers that came within the encounter distance.
     pub encounters: Option<u32>,
-    /// Driven length by time, m/s.
+    /// Driven length divided by time, m/s.
     pub speed_mean_mps: Option<f64>,
     /// Time at rest, s.
     pub stopped_s: Option<f64>,
@@ -134,7 +134,7 @@ pub struct Episode<'a> {
     pub scene: &'a Scene,
     /// The robot that drove.
     pub robot: &'a Robot,
-    /// What happened.
+    /// Trace of the drive.
     pub trace: &'a Trace,
     /// Whether the goal was reached.
     pub success: bool,
@@ -142,7 +142,7 @@ pub struct Episode<'a> {
     pub goal_tolerance_m: f64,
     /// Control period, s.
     pub dt_s: f64,
-    /// What [`shortest_m`] says of the scene, once for all stacks; `None` leaves `shortest_m` and `spl` empty.
+    /// Value of [`shortest_m`] for the scene, computed once for all stacks; `None` leaves `shortest_m` and `spl` empty.
     pub shortest_m: Option<f64>,
 }
 
@@ -151,7 +151,7 @@ const BOUND_SLACK_M: f64 = 1e-6;
 
 /// All measured columns of one episode. Every number is finite and canonical.
 ///
-/// A trace without a row (nothing was simulated) has no drive: only what the planner did is known.
+/// A trace without a row (nothing was simulated) has no drive: only the columns of the planner's work are known.
 ///
 /// # Panics
 /// If a successful drive, with the goal tolerance added, is shorter than the lower bound of every
@@ -251,7 +251,7 @@ mod tests {
         ticks
     }
 
-    /// A mover that minds nothing.
+    /// A mover that ignores the robot.
     pub(super) fn mover(position: Vec2, velocity: Vec2, radius_m: f64) -> Mover {
         Mover { on_static: OnStatic::Pass, ..Mover::new(position, velocity, radius_m) }
     }

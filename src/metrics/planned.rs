@@ -1,4 +1,4 @@
-//! Metrics of the first planned path, whatever became of the drive. All are undefined without a plan.
+//! Metrics of the first planned path, whatever the outcome of the drive. All are undefined without a plan.
 
 use super::shortest::cells_in;
 use crate::geometry::{Path, Piece, Rect, Vec2, cross, point_segment_distance};
@@ -12,7 +12,7 @@ pub const TURN_MIN_RAD: f64 = 1e-6;
 /// cell centres beside an obstacle, exactly half a cell away, is not.
 const RISKY_CELLS: f64 = 0.5 - 1e-9;
 
-/// Farthest that a chord may lie from its arc when clearance is measured, cells.
+/// Largest distance of a chord from its arc when clearance is measured, cells.
 const SAGITTA_CELLS: f64 = 1e-4;
 
 /// `planned_turns`: interior vertices with a change of direction above [`TURN_MIN_RAD`]; less is better

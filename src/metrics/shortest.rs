@@ -6,8 +6,8 @@
 //! because its centre never enters such a cell, however the footprint, the movers and the limits of
 //! the drive lengthen it.
 //!
-//! What a point may do: touch obstacles and run along them, but not enter a blocked cell, not run
-//! between two blocked cells that share an edge, and not pass a point where two blocked cells meet
+//! The point may touch obstacles and run along them. It must not enter a blocked cell, run
+//! between two blocked cells that share an edge, or pass a point where two blocked cells meet
 //! diagonally (the rules of the `anyangle` benchmark).
 //!
 //! Method: the shortest path bends only at convex corners of obstacles (T. Lozano-Pérez, M. Wesley,
@@ -16,7 +16,7 @@
 //! it sees from row to row, through the free runs of cells, as shrinking cones (the line-of-sight
 //! scans of S. Oh, H. W. Leong, Edge N-level sparse visibility graphs, SoCS 2017). Only taut
 //! edges are looked for, which pass a corner tangentially and bend around it: the others are on no
-//! shortest path. So an expansion costs what can be seen, not what there is.
+//! shortest path. So the cost of an expansion grows with the visible part of the map, not with the whole map.
 //!
 //! Inside, lengths are in cells. Corners are whole numbers and cell centres are half ones, so that
 //! every test of a line is exact in f64 where start and goal are centres. Elsewhere a line that
@@ -31,25 +31,25 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::Range;
 
-/// Depth of a contact that the world may miss, m: so much nearer the centre may come to an obstacle.
+/// Largest depth of a contact that the world may miss, m: the centre may come nearer to an obstacle by this much.
 const CONTACT_DEPTH_M: f64 = 1e-3;
 
 /// Work after which the search gives up: runs of cells looked into, corners found, cells crossed by tested lines.
 const WORK_MAX: u64 = 20_000_000;
 
-/// A coordinate this near to a multiple of half a cell is taken for it, cells.
+/// Distance within which a coordinate is rounded to a multiple of half a cell, cells.
 const SNAP_CELLS: f64 = 1e-9;
 
-/// By how much a cone is widened, cells: it may show a corner too many, which the exact test of the
-/// line refuses, but none too few.
+/// Amount by which a cone is widened, cells. It may then show a corner too many, which the exact test of the
+/// line refuses, but never one too few.
 const CONE_SLACK: f64 = 1e-9;
 
 /// A lower bound, m, of the way that the centre of a robot with inscribed radius `radius_m` travels
 /// in `scene` without collision until it is within `goal_tolerance_m` of the goal, plus that tolerance.
 ///
-/// So for every successful episode `length_m + goal_tolerance_m >= shortest_m`. `None` where no drive
-/// exists under the relaxed rules above, or where the search exceeds its fixed bound of work.
-/// Holds only while goal and statics stay where the scene has them. Ties do not matter: only the length is returned.
+/// So for every successful episode `length_m + goal_tolerance_m >= shortest_m`. `None` if no drive
+/// exists under the relaxed rules above, or if the search exceeds its fixed bound of work.
+/// Valid only while goal and statics stay as the scene has them. Ties do not matter: only the length is returned.
 pub fn shortest_m(scene: &Scene, radius_m: f64, goal_tolerance_m: f64) -> Option<f64> {
     let blocked = blocked_cells(scene, radius_m, goal_tolerance_m);
     any_angle_m(&blocked, scene.start.position, scene.goal)
@@ -154,7 +154,7 @@ pub fn any_angle_m(grid: &OccupancyGrid, start: Vec2, goal: Vec2) -> Option<f64>
     Some(cells * grid.resolution_m())
 }
 
-/// A point in cells; a coordinate that is a multiple of half a cell but for rounding is made one.
+/// A point in cells; coordinates within rounding of a multiple of half a cell are rounded to it.
 fn in_cells(grid: &OccupancyGrid, p: Vec2) -> Vec2 {
     (p / grid.resolution_m()).map(|x| {
         let halves = (2.0 * x).round() / 2.0;
@@ -162,7 +162,7 @@ fn in_cells(grid: &OccupancyGrid, p: Vec2) -> Vec2 {
     })
 }
 
-/// The map as the search sees it, in cells.
+/// The map in the form that the search uses, in cells.
 #[derive(Debug)]
 struct Plane {
     /// Blocked cells with a blocked ring around, so that no look-up needs a bounds test of its own.
@@ -179,12 +179,12 @@ struct Plane {
 #[derive(Debug)]
 struct Rows<T> {
     items: Vec<T>,
-    /// Where each row begins, and where the last one ends.
+    /// Index of the first item of each row, and the end of the last row.
     begins: Vec<usize>,
 }
 
 impl<T> Rows<T> {
-    /// Rows of what `fill` appends for each row number from 0.
+    /// Rows of the items that `fill` appends for each row number from 0.
     fn new(rows: usize, mut fill: impl FnMut(usize, &mut Vec<T>)) -> Self {
         let (mut items, mut begins) = (Vec::new(), vec![0]);
         for row in 0..rows {
@@ -194,7 +194,7 @@ impl<T> Rows<T> {
         Self { items, begins }
     }
 
-    /// Indices of the items of `row`; none outside.
+    /// Indices of the items of `row`; empty for a row outside.
     fn row(&self, row: i32) -> Range<usize> {
         match usize::try_from(row) {
             Ok(row) if row + 1 < self.begins.len() => self.begins[row]..self.begins[row + 1],
@@ -217,7 +217,7 @@ struct Corner {
     towards: Vec2,
 }
 
-/// What is seen of a row of cells through the rows before it.
+/// Part of a row of cells that is seen through the rows before it.
 #[derive(Clone, Copy, Debug)]
 struct Cone {
     row: i32,
@@ -359,8 +359,8 @@ impl Plane {
         found.extend(if side > 0.0 { beyond.into_iter().next() } else { before.into_iter().next_back() });
     }
 
-    /// Adds to `found` the corners to which a taut path may go on that arrives at `corner` in direction
-    /// `arrival`, and perhaps some to which it may not; returns the work.
+    /// Adds to `found` the corners to which a taut path that arrives at `corner` in direction `arrival` may go on, and perhaps
+    /// some to which it may not; returns the work.
     fn look_around(&self, corner: Corner, arrival: Vec2, cones: &mut Vec<Cone>, found: &mut Vec<usize>) -> u64 {
         let Corner { at, towards } = corner;
         let slope = if arrival.y == 0.0 { f64::INFINITY } else { (arrival.x / arrival.y).abs() };

@@ -1,4 +1,4 @@
-//! How long a local planner was in each of its states, and how often it came into it.
+//! Time that a local planner spent in each of its states, and how often it entered each.
 
 use crate::plan::contract::StateKind;
 use crate::trace::{Trace, time_s};
@@ -10,11 +10,11 @@ pub struct StateTime {
     pub state: String,
     /// Time in it, s: ticks decided in the state times dt. Over all states it is the time of the episode.
     pub seconds: f64,
-    /// How many times it was entered: maximal runs of ticks.
+    /// Number of times that it was entered: maximal runs of ticks.
     pub entries: u32,
 }
 
-/// The states of an episode in the order in which they were first entered; none where no tick was driven.
+/// The states of an episode in the order in which they were first entered; empty if no tick was driven.
 pub fn states(trace: &Trace, dt_s: f64) -> Vec<StateTime> {
     let mut found: Vec<(&str, u32, u32)> = Vec::new();
     let mut before = None;

@@ -1,4 +1,4 @@
-//! Whether the parts of a paper fit together, before anything runs.
+//! Checks that the parts of a paper fit together, before anything runs.
 
 use super::Paper;
 use super::manifest::{Place, Source, Test, range};
@@ -92,10 +92,10 @@ impl Paper {
         }
     }
 
-    /// Checks that every stack which claims and published numbers name in a table is among `stacks`, those that it runs.
+    /// Checks that every stack that claims and published numbers name in a table is among `stacks`, which the table runs.
     ///
     /// # Errors
-    /// The name that is not.
+    /// The first name that is not among them.
     pub fn check_stacks(&self, table: &str, stacks: &[String]) -> Result<(), NameError> {
         let mut named = Vec::new();
         self.manifest.claims.iter().for_each(|claim| places(&claim.test, &mut named));
@@ -112,7 +112,7 @@ impl Paper {
     }
 }
 
-/// The (table, stack) that a test looks at among measured rows.
+/// Collects the (table, stack) pairs whose measured rows a test uses.
 fn places<'a>(test: &'a Test, found: &mut Vec<(&'a String, &'a String)>) {
     let at = |place: &'a Place| (&place.table, &place.stack);
     match test {

@@ -1,4 +1,4 @@
-//! What running a paper's tables brought: rows, checked bounds, causes of failures.
+//! Results of running a paper's tables: rows, checked bounds, causes of failures.
 
 use crate::comparison::{Section, StackRows};
 use crate::experiment::{Experiment, in_order, threads_available};
@@ -8,48 +8,48 @@ use crate::plan::stack::StackSpec;
 use crate::results::{Digest, Row};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Failures that are driven again, per stack and table, to see why.
+/// Number of failures per stack and table that are driven again to find their causes.
 const SAMPLE: usize = 20;
-/// Rounding in a comparison of lengths, m.
+/// Slack for rounding in comparisons of lengths, m.
 const SLACK_M: f64 = 1e-9;
 
-/// All that is known of a paper's tables.
+/// Results of a paper's tables.
 #[derive(Debug, Default)]
 pub struct Evidence {
-    /// By id of the table.
+    /// Results by id of the table.
     pub tables: BTreeMap<String, TableEvidence>,
 }
 
-/// What one table brought.
+/// Results of one table.
 #[derive(Debug)]
 pub struct TableEvidence {
     /// Its rows, one section per point of a sweep.
     pub sections: Vec<Section>,
     /// The bounds that every row must keep.
     pub bounds: Bounds,
-    /// Why stacks failed, by (point, stack).
+    /// Causes of the stacks' failures, by (point, stack).
     pub failures: BTreeMap<(u32, String), Failures>,
 }
 
 /// Bounds that no row may break, whatever the planners do.
 #[derive(Clone, Debug, Default)]
 pub struct Bounds {
-    /// Rows looked at.
+    /// Number of rows checked.
     pub rows: u64,
-    /// Checks made.
+    /// Number of checks made.
     pub checks: u64,
-    /// What was broken, in words: empty, or there is a defect.
+    /// Violations in words. Any violation is a defect of the program.
     pub broken: Vec<String>,
 }
 
 /// The causes of a stack's failures.
 #[derive(Clone, Debug, Default)]
 pub struct Failures {
-    /// How many there are.
+    /// Number of failures.
     pub total: u64,
-    /// How many of them were driven again: the first ones.
+    /// Number of failures that were driven again, the first ones.
     pub sampled: u64,
-    /// How many of these have each cause.
+    /// Number of these with each cause.
     pub causes: BTreeMap<Cause, u64>,
     /// An episode of each cause.
     pub examples: BTreeMap<Cause, u64>,
@@ -66,7 +66,7 @@ impl Evidence {
         self.section(table)?.stacks.iter().find(|rows| rows.name == stack)
     }
 
-    /// Takes in the rows of a table that `experiment` wrote: checks their bounds and drives a sample of the failures again.
+    /// Adds the rows of a table that `experiment` wrote: checks their bounds and drives a sample of the failures again.
     pub fn add(&mut self, table: &str, experiment: &Experiment, sections: Vec<Section>) {
         let bounds = check(experiment, &sections);
         let stacks: Vec<(u32, &StackRows)> =
@@ -82,7 +82,7 @@ impl Evidence {
     }
 }
 
-/// Drives the first failures of a stack again and asks for their causes.
+/// Drives the first failures of a stack again and counts their causes.
 fn sample(experiment: &Experiment, point: u32, stack_index: usize, stack: &StackRows) -> Failures {
     let failed = || stack.rows.values().filter(|row| !row.outcome.is_success());
     let mut found = Failures { total: failed().count() as u64, ..Failures::default() };

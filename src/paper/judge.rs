@@ -12,21 +12,21 @@ use crate::episode::Outcome;
 use crate::math;
 use crate::settings::quantity::counted;
 
-/// What came of a claim.
+/// Ruling on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Ruling {
-    /// It holds.
+    /// The claim holds.
     Holds,
-    /// It does not hold.
+    /// The claim does not hold.
     Fails,
-    /// The data do not tell.
+    /// The data do not decide the claim.
     Undecided,
-    /// Nothing that could be run would tell.
+    /// No run could decide the claim.
     Untestable,
 }
 
 impl Ruling {
-    /// In words.
+    /// The ruling in words.
     pub fn words(self) -> &'static str {
         match self {
             Self::Holds => "holds",
@@ -40,9 +40,9 @@ impl Ruling {
 /// A ruling with its reason.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// What came of it.
+    /// The ruling.
     pub ruling: Ruling,
-    /// The numbers that say so.
+    /// The numbers behind the ruling.
     pub why: String,
 }
 
@@ -302,7 +302,7 @@ fn every_one(params: &all::Params, evidence: &Evidence, published: &[Published])
     together(params.tests.iter().map(|test| judge(test, evidence, published)).collect())
 }
 
-/// Holds if all do, fails if one does, else undecided.
+/// The joint verdict: holds if all hold, fails if one fails, else undecided.
 fn together(verdicts: Vec<Verdict>) -> Verdict {
     let any = |ruling: Ruling| verdicts.iter().any(|verdict| verdict.ruling == ruling);
     let ruling = if verdicts.is_empty() {

@@ -1,4 +1,4 @@
-//! What a paper is to simrun: tables to run, and claims to test on them, as data.
+//! A paper as data: tables to run, and claims to test on them.
 //!
 //! `scenarios/papers/NAME.paper.yaml` is read as a [`Manifest`]; its published numbers stand in a CSV beside it.
 
@@ -6,13 +6,13 @@ use crate::scenario::Name;
 use crate::settings::choice::choice;
 use serde::Deserialize;
 
-/// A paper: what it says, what is run, what is asked of the results.
+/// A paper: its description, the tables to run, the claims to test on the results.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
     /// Title of the paper.
     pub title: String,
-    /// Who, where, when.
+    /// Authors, venue and year.
     pub citation: String,
     /// What the paper proposes and claims, for somebody who has not read it.
     pub about: String,
@@ -20,9 +20,9 @@ pub struct Manifest {
     pub method: String,
     /// CSV of the published numbers, in the manifest's folder.
     pub published: String,
-    /// What is run.
+    /// The tables to run.
     pub tables: Vec<Table>,
-    /// What is asked of the results.
+    /// The claims to test on the results.
     pub claims: Vec<Claim>,
 }
 
@@ -30,9 +30,9 @@ pub struct Manifest {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
-    /// What claims and published numbers call it, and the name of its folder of results.
+    /// Its name in claims and published numbers, and the name of its folder of results.
     pub id: Name,
-    /// What it is, in one line.
+    /// Description in one line.
     pub title: String,
     /// The scenario's file, in the manifest's folder.
     pub scenario: String,
@@ -50,14 +50,14 @@ pub struct Table {
 pub struct Claim {
     /// A short name that is not used twice.
     pub id: String,
-    /// What is claimed.
+    /// The claim in words.
     pub says: String,
-    /// Why one asks; default nothing.
+    /// Reason for testing it; default nothing.
     #[serde(default)]
     pub doubt: String,
-    /// What would make it hold.
+    /// The test by which it holds.
     pub test: Test,
-    /// What the verdict means, whichever it is; default nothing.
+    /// Meaning of the verdict, whichever it is; default nothing.
     #[serde(default)]
     pub remark: String,
 }

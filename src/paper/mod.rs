@@ -1,4 +1,4 @@
-//! Papers put to the test: what they published and claim as data, run and judged.
+//! Papers put to the test: their published numbers and claims as data, run and judged.
 //!
 //! A paper is a [`Manifest`] (`NAME.paper.yaml`): scenarios to run, the published numbers, claims with the test that decides each.
 //! The engine knows no paper; another one is another manifest with its scenarios.
@@ -21,7 +21,7 @@ use crate::settings::choice::NameError;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a paper cannot be put to the test.
+/// Reason why a paper cannot be put to the test.
 #[derive(Debug, thiserror::Error)]
 pub enum PaperError {
     /// There is no paper, table, stack or metric of that name.
@@ -38,7 +38,7 @@ pub enum PaperError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// A file of the paper is wrong in itself, or does not fit the others.
@@ -46,7 +46,7 @@ pub enum PaperError {
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of the fault.
         message: String,
     },
 }
@@ -56,9 +56,9 @@ pub enum PaperError {
 pub struct Paper {
     /// Its short name: that of the manifest's file.
     pub name: String,
-    /// What is run and asked.
+    /// Its tables and claims.
     pub manifest: Manifest,
-    /// What it printed.
+    /// Its published numbers.
     pub published: Vec<Published>,
     folder: PathBuf,
 }
@@ -67,7 +67,7 @@ impl Paper {
     /// Reads the paper called `name` from `folder`.
     ///
     /// # Errors
-    /// If there is no such paper (with those there are), or its files contradict each other.
+    /// If no paper has that name (the error lists the known ones), or its files contradict each other.
     pub fn read(folder: &Path, name: &str) -> Result<Self, PaperError> {
         let path = folder.join(format!("{name}.paper.yaml"));
         let text = std::fs::read_to_string(&path).map_err(|source| match (source.kind(), known_papers(folder)) {
@@ -83,7 +83,7 @@ impl Paper {
         Ok(paper)
     }
 
-    /// The scenario of a table and the edits that make it what the table runs; `episodes` is the most that each may have.
+    /// The scenario of a table with the edits of the table; `episodes` is the largest number of episodes that it may have.
     ///
     /// # Errors
     /// If the scenario or an edit is refused.

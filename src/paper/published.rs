@@ -1,4 +1,4 @@
-//! The published numbers, and what our runs say in their place.
+//! The published numbers, and the numbers of our runs in their place.
 
 use super::PaperError;
 use super::evidence::Evidence;
@@ -11,15 +11,15 @@ use std::path::Path;
 /// The metric that is no measured column: success, in percent.
 pub(super) const SUCCESS: &str = "success";
 
-/// What a published number says of its metric.
+/// Kind of a published number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// The mean of the stack.
     Mean,
-    /// By how much the stack has more than the one it is compared with.
+    /// Amount by which the stack has more than the one with which it is compared.
     Gain,
-    /// By how much the stack has less than the one it is compared with.
+    /// Amount by which the stack has less than the one with which it is compared.
     Reduction,
     /// The reduction in percent of the other's mean.
     ReductionPercent,
@@ -39,7 +39,7 @@ impl Quantity {
         }
     }
 
-    /// Whether it says something of the stack beside another one.
+    /// Whether the quantity compares the stack with another one.
     pub fn needs_another_stack(self) -> bool {
         matches!(self, Self::Gain | Self::Reduction | Self::ReductionPercent)
     }
@@ -48,26 +48,26 @@ impl Quantity {
 /// One number that a paper printed.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Published {
-    /// Where it stands in the paper.
+    /// Its place in the paper.
     #[serde(rename = "where")]
     pub place: String,
-    /// The table of the manifest that it belongs to.
+    /// The table of the manifest to which it belongs.
     pub table: String,
     /// The stack.
     pub stack: String,
-    /// The stack that it is compared with, for differences; else empty.
+    /// The stack with which it is compared, for differences; else empty.
     pub against: String,
     /// A column of `episodes.csv`, or `success`.
     pub metric: String,
-    /// What of it.
+    /// Kind of the number.
     pub quantity: Quantity,
     /// Its unit.
     pub unit: String,
-    /// As it is printed; may be a bound (`>=0.5`) or a range.
+    /// The value as printed; may be a bound (`>=0.5`) or a range.
     pub value: String,
-    /// Number of trials behind it, where the paper says so.
+    /// Number of trials behind it, if the paper gives it.
     pub trials: Option<u64>,
-    /// What is odd about it.
+    /// Remark on anything odd about it.
     pub note: String,
 }
 
@@ -78,7 +78,7 @@ impl Published {
         read().map_err(|error| PaperError::File { path: path.to_owned(), message: error.to_string() })
     }
 
-    /// The printed value, where it is one number.
+    /// The printed value, if it is a single number.
     pub fn number(&self) -> Option<f64> {
         self.value.parse().ok()
     }
@@ -96,13 +96,13 @@ impl Published {
 pub struct Measured {
     /// The number.
     pub value: f64,
-    /// Its interval, where there is one.
+    /// Its interval, if it has one.
     pub interval: Option<(f64, f64)>,
-    /// Rows, or pairs of rows, behind it.
+    /// Number of rows, or pairs of rows, behind it.
     pub n: u64,
 }
 
-/// The value of `metric` in a row: `success` in percent, or a measured column; `None` where it is undefined.
+/// The value of `metric` in a row: `success` in percent, or a measured column; `None` if it is undefined.
 pub(super) fn value(row: &Row, metric: &str) -> Option<f64> {
     if metric == SUCCESS {
         return row.outcome.is_rated().then(|| if row.outcome.is_success() { 100.0 } else { 0.0 });
@@ -110,18 +110,18 @@ pub(super) fn value(row: &Row, metric: &str) -> Option<f64> {
     metric_column(metric).ok()?.number(&row.metrics)
 }
 
-/// Whether failures have the metric as successes do: what is known before the drive, and success itself.
+/// Whether failures have the metric as successes do: metrics known before the drive, and success itself.
 pub(super) fn counts_failures(metric: &str) -> bool {
     metric == SUCCESS || metric_column(metric).is_ok_and(|column| column.known == Known::Before)
 }
 
-/// The values of a stack that its mean is taken of: over the successes, or over all rows where failures have it as well.
+/// The values of which the mean of a stack is taken: over the successes, or over all rows if failures have the metric as well.
 pub(super) fn values(stack: &StackRows, metric: &str) -> Vec<f64> {
     let counts = |row: &&Row| counts_failures(metric) || row.outcome.is_success();
     stack.rows.values().filter(counts).filter_map(|row| value(row, metric)).collect()
 }
 
-/// What our runs say in the place of a published number; `None` where they say nothing.
+/// The number of our runs in place of a published one; `None` if they give none.
 pub fn measured(number: &Published, evidence: &Evidence) -> Option<Measured> {
     let stack = evidence.stack(&number.table, &number.stack)?;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;

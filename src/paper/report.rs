@@ -1,4 +1,4 @@
-//! What came of a paper, in words for somebody who does not know it.
+//! The report on a paper, in words for a reader who does not know it.
 
 use super::evidence::{Evidence, TableEvidence};
 use super::judge::{Ruling, Verdict, judge};
@@ -100,7 +100,7 @@ fn of_table(spec: &manifest::Table, found: &TableEvidence, published: &[Publishe
     text
 }
 
-/// One row a stack: ours, the published number behind it.
+/// One row per stack: our number, then the published one.
 fn stacks(id: &str, section: &Section, published: &[Published]) -> String {
     let printed = |stack: &str, metric: &str| {
         let found = published.iter().find(|number| {
@@ -159,8 +159,8 @@ fn stacks(id: &str, section: &Section, published: &[Published]) -> String {
     )
 }
 
-/// Each table with changes against that of the same scenario which has most of them, on the same worlds. Other stacks are no change
-/// of a scenario: stacks are matched by name.
+/// Each table with changes against the table of the same scenario with the most changes, on the same worlds. Other stacks are
+/// no change of a scenario: stacks are matched by name.
 fn changes(manifest: &manifest::Manifest, evidence: &Evidence) -> String {
     let head = [
         "folder",

@@ -82,7 +82,7 @@ impl Randomness {
     }
 }
 
-/// How much work one answer may take, in counts and never in time; without limits by default. An answer that took more counts as
+/// Limits on the work of one answer, in counts and never in time; without limits by default. An answer that took more counts as
 /// [`Failure::OutOfBudget`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Budget {
@@ -121,7 +121,7 @@ pub struct Situation<'a> {
     pub goal: Vec2,
     /// The planner's own random numbers.
     pub random: Randomness,
-    /// How much work the answer may take.
+    /// Limits on the work of the answer.
     pub budget: Budget,
 }
 
@@ -415,7 +415,7 @@ pub enum Request {
     /// A new path, from the robot or from a point of the old path that the robot is to reach first; the old path up to that point
     /// is kept.
     NewPath {
-        /// Arc length on the path in force from which to plan, m; the robot's own position where absent.
+        /// Arc length on the path in force from which to plan, m; `None` for the robot's own position.
         from_m: Option<f64>,
     },
     /// Sets the progress, and with it the sub-goal, back to an earlier point of the path in force.

@@ -1,6 +1,6 @@
-//! One episode as an SVG: the map, what was unknown on it, movers with their tracks, the planned
+//! One episode as an SVG: the map, the unknown obstacles, movers with their tracks, the planned
 //! path with its key nodes, the driven trajectory coloured by speed, the contact if there was one,
-//! and a scale bar. Needs nothing to look at but a browser.
+//! and a scale bar. A browser is enough to view it.
 
 use crate::episode::{Outcome, Recording};
 use crate::geometry::outline::{Outline, Shape};
@@ -34,9 +34,9 @@ const INK: &str = "#2e3440";
 /// The words of a picture.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Caption {
-    /// Large: which scenario, stack, episode.
+    /// Large text: scenario, stack, episode.
     pub title: String,
-    /// Small: what came of it.
+    /// Small text: the outcome.
     pub subtitle: String,
 }
 

@@ -16,38 +16,38 @@ pub struct Column {
     pub name: &'static str,
     /// Its unit; empty for names and counts.
     pub unit: &'static str,
-    /// What it says, or its formula.
+    /// Its meaning or formula.
     pub formula: &'static str,
-    /// Where the definition comes from.
+    /// Source of the definition.
     pub source: &'static str,
     /// Its value when the episode failed.
     pub on_failure: &'static str,
-    /// Which way is better; `None` where neither is.
+    /// Direction in which the value is better; `None` if neither direction is.
     pub better: Option<Better>,
-    /// When its value is known.
+    /// Moment from which its value is known.
     pub known: Known,
-    /// The first header of `episodes.csv` that has it, counted from 1. Tables of older headers are read as if it were empty.
+    /// Number of the first header of `episodes.csv` with this column, from 1. In tables of older headers it is read as empty.
     pub since: u32,
     pub(super) access: Access,
 }
 
-/// When the value of a column is known.
+/// Moment from which the value of a column is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Known {
-    /// Before the first tick: the world and the first plan have it, and a drive that fails has it like any other.
+    /// Before the first tick: it depends on the world and the first plan alone, so a failed drive has it like any other.
     Before,
-    /// After the drive: a drive that fails has it up to its end.
+    /// After the drive: a failed drive has its value up to its end.
     After,
 }
 
-/// How a column reaches its value in a row.
+/// Access of a column to its value in a row.
 #[derive(Debug)]
 pub(super) enum Access {
     /// A field of the row.
     Field { get: fn(&Row) -> &dyn Value, get_mut: fn(&mut Row) -> &mut dyn Value },
     /// A part of the outcome, which is put together again from all such columns.
     Ending(fn(&Outcome) -> String),
-    /// A field of the metrics: summaries describe it.
+    /// A field of the metrics, which summaries describe.
     Metric { get: fn(&Metrics) -> &dyn Value, get_mut: fn(&mut Metrics) -> &mut dyn Value },
 }
 
@@ -57,7 +57,7 @@ impl Column {
         matches!(self.access, Access::Metric { .. })
     }
 
-    /// Its value as a number; `None` where it is undefined, or the column is no metric.
+    /// Its value as a number; `None` if it is undefined or the column is no metric.
     pub fn number(&self, metrics: &Metrics) -> Option<f64> {
         match self.access {
             Access::Metric { get, .. } => get(metrics).number(),
@@ -69,7 +69,7 @@ impl Column {
 /// The column of that name that summaries describe.
 ///
 /// # Errors
-/// If there is none, with the names that there are.
+/// If no metric column has that name; the error lists the known names.
 pub fn metric_column(name: &str) -> Result<&'static Column, NameError> {
     metric_columns().find(|column| column.name == name).ok_or_else(|| {
         let known: Vec<&str> = metric_columns().map(|column| column.name).collect();

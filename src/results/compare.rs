@@ -1,4 +1,4 @@
-//! Where two result files part.
+//! First difference of two result files.
 
 use super::ResultsError;
 use super::csv_rows::split;
@@ -18,7 +18,7 @@ pub struct Difference {
     pub left: String,
     /// The right value.
     pub right: String,
-    /// Which row it is: point, stack and episode, where the file has them.
+    /// Identification of the row: point, stack and episode, as far as the file has them.
     pub row: String,
 }
 
@@ -36,7 +36,7 @@ impl fmt::Display for Difference {
     }
 }
 
-/// What stands for a line that is not there.
+/// Text in place of a line that is missing.
 const END: &str = "end of file";
 
 /// Compares two CSV files byte by byte; `None` if they are equal, else the first differing line and its first

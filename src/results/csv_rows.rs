@@ -39,18 +39,18 @@ pub fn write_row<W: io::Write>(writer: &mut csv::Writer<W>, row: &Row) -> io::Re
     Ok(writer.write_record(None::<&[u8]>)?)
 }
 
-/// Where the columns stand in a table: that of this version, or of an older one that lacks some.
+/// Places of the columns in a table of this version, or of an older one that lacks some.
 #[derive(Debug)]
 struct Layout {
-    /// Of each column, its place; `None` where the table is older.
+    /// Place of each column; `None` if the table is older than the column.
     places: [Option<usize>; COLUMNS.len()],
-    /// Where the swept keys begin.
+    /// Place of the first swept key.
     swept_from: usize,
     swept: Vec<String>,
 }
 
 impl Layout {
-    /// The layout of a header, or what is wrong with it.
+    /// The layout of a header; the error says what is wrong with it.
     fn new(header: &csv::StringRecord) -> Result<Self, String> {
         let mut places = [None; COLUMNS.len()];
         let mut at = 0;
@@ -66,7 +66,7 @@ impl Layout {
         Ok(Self { places, swept_from: at, swept: header.iter().skip(at).map(str::to_owned).collect() })
     }
 
-    /// The columns with their texts; one that the table lacks is passed over.
+    /// The columns with their texts; columns that the table lacks are skipped.
     fn fields<'r>(&self, record: &'r csv::StringRecord) -> impl Iterator<Item = (&'static Column, &'r str)> {
         let placed = COLUMNS.iter().zip(&self.places);
         placed.filter_map(|(column, place)| Some((column, record.get((*place)?)?)))
@@ -131,7 +131,7 @@ impl<R: BufRead> Reader<R> {
     /// Reads the header.
     ///
     /// # Errors
-    /// If it is not that of an `episodes.csv` of this version or an older one.
+    /// If the header is not that of an `episodes.csv` of this version or an older one.
     pub fn new(input: R) -> Result<Self, ReadError> {
         let mut lines = Lines { input, buffer: Vec::new(), line: 0, offset: 0 };
         let header = lines.record()?.ok_or(ReadError::Empty)?;
@@ -239,7 +239,7 @@ pub fn header_line(swept: &[String]) -> Vec<u8> {
     writer.into_inner().expect("writing to memory cannot fail")
 }
 
-/// What the columns of an outcome say, one function per column.
+/// Texts of the columns of an outcome, one function per column.
 pub(super) mod ending {
     use super::{MESSAGE_CHARS_MAX, Outcome, one_line};
 

@@ -1,4 +1,4 @@
-//! What makes two runs the same run, and the manifest that remembers it.
+//! Identity of a run, and the manifest that records it.
 
 use super::ResultsError;
 use crate::digest::{Digest, Fnv1a};
@@ -8,10 +8,10 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::PathBuf;
 
-/// Differences named in one message; more are counted.
+/// Largest number of differences named in one message; further ones are only counted.
 const DIFFERENCES_MAX: usize = 5;
 
-/// What makes two runs the same run: then their rows are the same bytes.
+/// Identity of a run: the rows of two runs with equal identities are the same bytes.
 ///
 /// The number of episodes is no part of it, since more may be added: the key `episodes` at the top
 /// of the resolved scenario is passed over.
@@ -44,7 +44,7 @@ impl Identity {
         Ok(Self { version, build, seed, stacks, scenario_hash, scenario: scenario.to_owned() })
     }
 
-    /// How `other` differs, in words; empty if it is the same run.
+    /// Differences of `other`, in words; empty if it is the same run.
     pub(super) fn differences(&self, other: &Self) -> Vec<String> {
         let mut found = Vec::new();
         if self.scenario != other.scenario {
@@ -96,7 +96,7 @@ fn hash(mut input: impl Read) -> io::Result<String> {
 pub struct Launch {
     /// The command line.
     pub command: Vec<String>,
-    /// Name of the machine; empty where it is unknown.
+    /// Name of the machine; empty if unknown.
     pub host: String,
     /// Seconds since 1970-01-01 UTC.
     pub started_unix_s: u64,
@@ -114,12 +114,12 @@ impl Launch {
     }
 }
 
-/// What `manifest.json` holds: which run the folder belongs to and how it came about.
+/// Content of `manifest.json`: the run to which the folder belongs, and the starts of the program that wrote it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manifest {
     /// The run.
     pub identity: Identity,
-    /// Episodes per point, as asked for last.
+    /// Episodes per point that were requested last.
     pub episodes: u64,
     /// Every start that wrote here, oldest first.
     pub launches: Vec<Launch>,

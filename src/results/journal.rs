@@ -23,12 +23,12 @@ pub const SUMMARY_CSV: &str = "summary.csv";
 pub const STATES_CSV: &str = "states.csv";
 /// Wall-clock times, one row per row of `episodes.csv`; a kill may cost some of them.
 pub const TIMINGS_CSV: &str = "timings.csv";
-/// Which run the folder belongs to.
+/// The run to which the folder belongs.
 pub const MANIFEST_JSON: &str = "manifest.json";
 /// The rows of a run with fewer episodes while it is being extended.
 pub(super) const EXTENDED_CSV: &str = "episodes.extended.csv";
 
-/// The states of that run.
+/// The states of a run with fewer episodes while it is being extended.
 pub(super) const EXTENDED_STATES_CSV: &str = "states.extended.csv";
 
 /// Blocks that may be handed out beyond the first one that is not yet written.
@@ -37,7 +37,7 @@ pub(super) const EXTENDED_STATES_CSV: &str = "states.extended.csv";
 /// episode does not hold up the other workers.
 pub const WINDOW_BLOCKS: u64 = 1024;
 
-/// What to do with the results of another run in the same folder.
+/// Treatment of results that are in the folder already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
     /// Go on where the same run was interrupted; refuse another run.
@@ -46,17 +46,17 @@ pub enum Existing {
     Replace,
 }
 
-/// What was found when the folder was opened.
+/// State of the folder when it was opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Opened {
-    /// No rows of this run.
+    /// The folder held no rows of this run.
     Fresh,
-    /// Rows of this run, interrupted or with fewer episodes.
+    /// The folder held rows of this run, which was interrupted or had fewer episodes.
     Resume {
         /// Blocks that need not run again.
         blocks_done: u64,
     },
-    /// All rows.
+    /// The folder held all rows.
     Complete,
 }
 
@@ -85,7 +85,7 @@ pub struct Journal {
     _lock: File,
 }
 
-/// What changes while the run goes on.
+/// Mutable state of the run.
 #[derive(Debug)]
 struct State {
     /// First block not yet handed out.
@@ -251,7 +251,7 @@ impl Journal {
         Ok(journal)
     }
 
-    /// What was found when the folder was opened.
+    /// State of the folder when it was opened.
     pub fn opened(&self) -> Opened {
         self.opened
     }
@@ -329,7 +329,7 @@ impl Journal {
         result
     }
 
-    /// Hands out no more work: what has been taken may still be submitted, the rest is left for the next start.
+    /// Hands out no more work. Blocks already taken may still be submitted; the rest is left for the next start.
     pub fn stop(&self) {
         self.state().is_stopped = true;
         self.changed.notify_all();
@@ -397,7 +397,7 @@ impl Journal {
 }
 
 impl State {
-    /// The block's number in the file that is being extended, if it is there.
+    /// Number of the block in the file that is being extended; `None` if it is not in that file.
     fn copies(&self, order: &Order, block: u64) -> Option<u64> {
         self.extended.as_ref()?.present.ordinal(order, order.position(block))
     }

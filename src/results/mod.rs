@@ -87,36 +87,36 @@ use crate::settings::quantity::counted;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why an `episodes.csv` cannot be read.
+/// Reason why an `episodes.csv` cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The file could not be read.
     #[error(transparent)]
     Io(io::Error),
-    /// There is no header.
+    /// The file has no header.
     #[error("the file is empty")]
     Empty,
-    /// A line is not what it should be.
+    /// A line is invalid.
     #[error("line {line}: {message}")]
     Line {
         /// Number of the line, from 1.
         line: u64,
-        /// What is wrong with it.
+        /// Description of the fault.
         message: String,
     },
 }
 
-/// Why results could not be written or read. The files are as they were before the failed step.
+/// Reason why results could not be written or read. The files are as they were before the failed step.
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
     /// The system refused.
     #[error("cannot {action} `{}`: {source}", path.display())]
     Io {
-        /// What was tried.
+        /// The action that was tried.
         action: &'static str,
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// Another run holds the folder's lock.
@@ -140,7 +140,7 @@ pub enum ResultsError {
     Foreign {
         /// The folder.
         folder: PathBuf,
-        /// Why not.
+        /// The reason.
         reason: String,
     },
     /// The folder holds more episodes than were asked for.
@@ -168,7 +168,7 @@ pub enum ResultsError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of the fault.
         source: ReadError,
     },
     /// A swept key would make two columns of one name.

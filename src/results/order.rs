@@ -11,11 +11,11 @@ use std::collections::BTreeSet;
 pub struct StackAt {
     /// Its name.
     pub name: String,
-    /// The value of each swept key, as it is to stand in its rows: empty where the key does not touch the stack.
+    /// The value of each swept key for its rows; empty if the key does not concern the stack.
     pub values: Vec<String>,
 }
 
-/// Which rows an experiment writes, in which order.
+/// The rows of an experiment and their order.
 ///
 /// A **block** is the rows of one world: one (point, episode) with one row per stack of the point.
 /// Blocks are numbered by point, then episode. A point at which no stack runs has no block, and keeps its number.
@@ -90,7 +90,7 @@ impl Order {
         (self.driven[(block / self.episodes) as usize], block % self.episodes)
     }
 
-    /// The number of the point that comes at `place` among those with rows, counted from 0; `None` behind the last.
+    /// Number of the point at `place` among those with rows, counted from 0; `None` past the last.
     pub(super) fn driven(&self, place: u64) -> Option<u32> {
         self.driven.get(usize::try_from(place).ok()?).copied()
     }
@@ -105,7 +105,7 @@ impl Order {
         &self.points[point as usize]
     }
 
-    /// Whether `row` is the row of stack `stack` in the block (point, episode), or what it should say.
+    /// Checks that `row` is the row of stack `stack` in the block (point, episode); the error says what it should be.
     pub(super) fn check(&self, row: &Row, point: u32, episode: u64, stack: usize, seed: u64) -> Result<(), String> {
         let StackAt { name: expected, values } = &self.stacks(point)[stack];
         if (row.point, row.episode, &row.stack) != (point, episode, expected) {

@@ -1,4 +1,4 @@
-//! What an interrupted or shorter run has left, and where writing goes on.
+//! Whole blocks left by an interrupted or shorter run, and the place at which writing goes on.
 
 use super::columns::COLUMNS;
 use super::csv_rows::{Reader, header_line};
@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// The tables of a run under the byte contract: their rows belong to blocks.
 const TABLES: [&str; 2] = [EPISODES_CSV, STATES_CSV];
-/// The same of the run that is being extended.
+/// The tables of the run that is being extended.
 const EXTENDED: [&str; 2] = [EXTENDED_CSV, EXTENDED_STATES_CSV];
 
 /// The blocks that are whole in both tables.
@@ -22,14 +22,14 @@ pub(super) struct Present {
     pub(super) blocks: u64,
     /// Bytes of the episodes up to the end of the last whole block.
     pub(super) bytes: u64,
-    /// The same of the states.
+    /// Bytes of the states up to the end of the last whole block.
     pub(super) states_bytes: u64,
-    /// Episodes per point; `None` while there are only rows of the first point, for then any number may follow.
+    /// Episodes per point; `None` while only the first point has rows, since any number may follow.
     pub(super) episodes: Option<u64>,
 }
 
 impl Present {
-    /// Reads two tables; what a kill has cut short at the end of either is passed over.
+    /// Reads two tables; an incomplete end of either, left by a kill, is skipped.
     fn scan(folder: &Path, tables: [&str; 2], order: &Order, seed: u64) -> Result<Self, ResultsError> {
         let [path, states_path] = tables.map(|name| folder.join(name));
         let Some(mut file) = open(&path)? else { return Ok(Self::default()) };
@@ -49,7 +49,7 @@ impl Present {
         read().map_err(|source| ResultsError::Read { path, source })
     }
 
-    /// A file without any whole line: nothing, provided that it is the beginning of a header.
+    /// Result for a file without any whole line: no blocks, provided that it is the beginning of a header.
     fn header_cut_short(file: &mut File, order: &Order) -> Result<Self, ReadError> {
         let header = header_line(order.swept());
         let mut content = Vec::new();
@@ -114,9 +114,9 @@ impl Present {
         Ok(present)
     }
 
-    /// The number here of the block at (point, episode), if it is here.
+    /// Number in these tables of the block at (point, episode); `None` if they do not hold it.
     ///
-    /// Only for a file that has reached its second point.
+    /// Valid only for a file that has reached its second point.
     pub(super) fn ordinal(&self, order: &Order, (point, episode): (u32, u64)) -> Option<u64> {
         let episodes = self.episodes.expect("the number of episodes is known");
         let ordinal = order.place(point) * episodes + episode;
@@ -131,16 +131,16 @@ fn open(path: &Path) -> Result<Option<File>, ResultsError> {
     }
 }
 
-/// Where writing goes on.
+/// Place at which writing goes on.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Start {
-    /// Blocks of `episodes.csv` that stay.
+    /// Number of blocks of `episodes.csv` that stay.
     pub(super) blocks: u64,
-    /// Their bytes with the header.
+    /// Bytes of these blocks, with the header.
     pub(super) bytes: u64,
-    /// Bytes of their states with the header.
+    /// Bytes of the states of these blocks, with the header.
     pub(super) states_bytes: u64,
-    /// What the file that is being extended holds.
+    /// Whole blocks of the file that is being extended.
     pub(super) extended: Option<Present>,
     /// Whether `episodes.csv` is that file and must be set aside first.
     pub(super) is_to_be_set_aside: bool,
@@ -187,7 +187,7 @@ pub(super) fn set_aside(folder: &Path) -> Result<(), ResultsError> {
     rename(folder, EPISODES_CSV, EXTENDED_CSV)
 }
 
-/// Takes back a setting aside that a kill has cut short.
+/// Undoes a setting aside that was interrupted by a kill.
 fn restore(folder: &Path) -> Result<(), ResultsError> {
     if folder.join(EXTENDED_STATES_CSV).exists() && !folder.join(EXTENDED_CSV).exists() {
         rename(folder, EXTENDED_STATES_CSV, STATES_CSV)?;
@@ -195,7 +195,7 @@ fn restore(folder: &Path) -> Result<(), ResultsError> {
     Ok(())
 }
 
-/// Removes what was set aside, in the order in which a kill leaves no states alone.
+/// Removes the tables that were set aside, in an order in which a kill never leaves the states alone.
 pub(super) fn forget(folder: &Path) -> Result<(), ResultsError> {
     store::remove(&folder.join(EXTENDED_STATES_CSV))?;
     store::remove(&folder.join(EXTENDED_CSV))

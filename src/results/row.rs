@@ -4,7 +4,7 @@ use crate::digest::Digest;
 use crate::episode::Outcome;
 use crate::metrics::Metrics;
 
-/// One row of `episodes.csv`: which episode, how it ended, what was measured.
+/// One row of `episodes.csv`: identification, outcome and metrics of an episode.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// Name of the scenario.
@@ -23,20 +23,20 @@ pub struct Row {
     pub episode: u64,
     /// Seed of the scenario.
     pub seed: u64,
-    /// How it ended.
+    /// Outcome of the episode.
     pub outcome: Outcome,
-    /// What was measured.
+    /// Metrics of the episode.
     pub metrics: Metrics,
     /// Digest of the world before the first tick; `None` without a world.
     pub world_digest: Option<Digest>,
-    /// Digest of everything that happened; `None` without a trace.
+    /// Digest of the trace; `None` without a trace.
     pub trace_digest: Option<Digest>,
     /// Value of each swept key at this point, in the order of the sweep.
     pub swept: Vec<String>,
 }
 
 impl Row {
-    /// A row that says nothing yet, for a reader to fill.
+    /// An empty row, for a reader to fill.
     pub(crate) fn blank() -> Self {
         Self {
             scenario: String::new(),

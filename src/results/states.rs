@@ -7,7 +7,7 @@ use super::value::{Value, one_line};
 use crate::metrics::StateTime;
 use std::io::{self, BufRead};
 
-/// What came of one stack in one world.
+/// Results of one stack in one world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     /// Its row of `episodes.csv`.
@@ -21,7 +21,7 @@ pub struct Answer {
 /// The names of the columns.
 pub(super) const HEADER: &str = "point,episode,stack,state,seconds,entries\n";
 
-/// Rounding by which the times of the states may miss the time of the episode, s.
+/// Rounding error allowed between the sum of the times of the states and the time of the episode, s.
 const SLACK_S: f64 = 1e-6;
 
 /// Appends the rows of one stack.
@@ -48,14 +48,14 @@ pub(super) fn write_states<W: io::Write>(writer: &mut csv::Writer<W>, answer: &A
 #[derive(Debug)]
 pub(super) struct StateLines<R> {
     input: R,
-    /// The line that comes next; empty where it has not been read.
+    /// The next line; empty if it has not been read yet.
     next: Vec<u8>,
     /// Bytes of the lines taken.
     offset: u64,
 }
 
 impl<R: BufRead> StateLines<R> {
-    /// Reads the header; `None` if it is another one or cut short.
+    /// Reads the header; `None` if it differs or is incomplete.
     pub(super) fn new(input: R) -> io::Result<Option<Self>> {
         let mut lines = Self { input, next: Vec::new(), offset: 0 };
         let is_header = lines.peek()?.is_some_and(|line| line == HEADER.as_bytes());
@@ -70,7 +70,7 @@ impl<R: BufRead> StateLines<R> {
         self.offset
     }
 
-    /// The next line with its newline; `None` at the end, or where it is cut short.
+    /// The next line with its newline; `None` at the end, or if the line is incomplete.
     fn peek(&mut self) -> io::Result<Option<&[u8]>> {
         if self.next.is_empty() {
             self.input.read_until(b'\n', &mut self.next)?;
@@ -83,8 +83,8 @@ impl<R: BufRead> StateLines<R> {
         std::mem::take(&mut self.next)
     }
 
-    /// Takes the lines of the block (point, episode), and says whether they are whole: whether the times of every stack's states
-    /// add up to the time of its episode. `stacks` are the names and times in the order of the rows.
+    /// Takes the lines of the block (point, episode) and returns whether they are whole: whether the times of every stack's
+    /// states add up to the time of its episode. `stacks` are the names and times in the order of the rows.
     pub(super) fn is_whole(&mut self, point: u32, episode: u64, stacks: &[(String, f64)]) -> io::Result<bool> {
         for (stack, time_s) in stacks {
             let mut sum_s = 0.0;
@@ -111,7 +111,7 @@ impl<R: BufRead> StateLines<R> {
     }
 }
 
-/// Which row a line belongs to, and its time.
+/// The row to which a line belongs, and its time.
 struct StateKey {
     point: u32,
     episode: u64,
@@ -120,7 +120,7 @@ struct StateKey {
 }
 
 impl StateKey {
-    /// `None` for a line that no run writes.
+    /// Reads a line; `None` if no run writes such a line.
     fn read(line: &[u8]) -> Option<Self> {
         let fields = split(line.strip_suffix(b"\n")?).ok()?;
         let [point, episode, stack, _, seconds, _] = fields.iter().collect::<Vec<&str>>().try_into().ok()?;

@@ -1,4 +1,4 @@
-//! Files that a kill or a full disk leaves whole.
+//! Writes that survive a kill or a full disk.
 
 use super::ResultsError;
 use crate::clock::Stopwatch;
@@ -6,15 +6,15 @@ use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-/// Guards a folder; it stays, and is free as soon as its owner has ended in whatever way.
+/// Lock file of a folder. The file stays; the lock is released when its owner ends, in whatever way.
 const LOCK: &str = ".lock";
 
 /// Least time between two synchronisations with the disk, s.
 const SYNC_INTERVAL_S: f64 = 1.0;
 
-/// What blocks are appended to: a file, or a test's stand-in for one.
+/// Storage to which blocks are appended: a file, or a stand-in in tests.
 pub(super) trait Storage: Write {
-    /// Shortens the file to `len` bytes; what is written next follows there.
+    /// Shortens the file to `len` bytes; the next write follows there.
     fn cut(&mut self, len: u64) -> io::Result<()>;
     /// Brings everything to the disk.
     fn sync(&mut self) -> io::Result<()>;
@@ -57,7 +57,7 @@ impl<S: Storage> Appender<S> {
     /// Appends a block with one write and syncs if the last time is long ago.
     ///
     /// # Errors
-    /// If not all of it could be written; what was written of it is cut back.
+    /// If the block could not be written completely; the part written is cut off again.
     pub fn append(&mut self, block: &[u8]) -> io::Result<()> {
         // One write as a rule; more only where the system took a part of it.
         if let Err(error) = self.storage.write_all(block) {
@@ -140,7 +140,7 @@ pub(super) fn remove(path: &Path) -> Result<(), ResultsError> {
 mod tests {
     use super::*;
 
-    /// A disk with room for so many bytes.
+    /// A disk with room for a given number of bytes.
     struct SmallDisk {
         content: Vec<u8>,
         room: usize,

@@ -1,4 +1,4 @@
-//! `summary.csv`: what the rows of each stack at each sweep point have in common.
+//! `summary.csv`: rates and statistics over the rows of each stack at each sweep point.
 
 use super::ReadError;
 use super::columns::metric_columns;
@@ -13,7 +13,7 @@ use std::io::{self, BufRead};
 /// A rate with its Wilson 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rate {
-    /// Successes by trials.
+    /// Successes divided by trials.
     pub rate: f64,
     /// Lower end of the interval.
     pub low: f64,
@@ -21,22 +21,22 @@ pub struct Rate {
     pub high: f64,
 }
 
-/// What is said of one metric. `None` where it is undefined.
+/// Statistics of one metric. `None` if undefined.
 ///
 /// Sums run in the order of the rows. Quantiles interpolate linearly (type 7, [`quantile`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
-    /// Successes in which the metric is defined.
+    /// Number of successes in which the metric is defined.
     pub n: u64,
     /// Arithmetic mean.
     pub mean: Option<f64>,
-    /// Standard deviation of the sample, n − 1 below the sum; none of fewer than two values.
+    /// Standard deviation of the sample (divisor n − 1); `None` for fewer than two values.
     pub sd: Option<f64>,
-    /// Half of the values are at most this.
+    /// Median.
     pub median: Option<f64>,
-    /// A quarter of the values are at most this.
+    /// First quartile.
     pub q1: Option<f64>,
-    /// Three quarters of the values are at most this.
+    /// Third quartile.
     pub q3: Option<f64>,
 }
 
@@ -68,15 +68,15 @@ pub struct SummaryRow {
     pub point: u32,
     /// Name of the stack.
     pub stack: String,
-    /// Episodes, infeasible worlds included.
+    /// Number of episodes, infeasible worlds included.
     pub n: u64,
-    /// Of these, the episodes that rates count ([`Outcome::is_rated`]).
+    /// Number of episodes that rates count ([`Outcome::is_rated`]).
     pub rated: u64,
-    /// Episodes per outcome, in the order of [`Outcome::NAMES`].
+    /// Number of episodes per outcome, in the order of [`Outcome::NAMES`].
     pub outcomes: [u64; Outcome::NAMES.len()],
-    /// Collisions in which the robot stood still.
+    /// Number of collisions in which the robot stood still.
     pub collision_at_rest: u64,
-    /// Success rate over the feasible worlds; `None` if there is none.
+    /// Success rate over the feasible worlds; `None` without a feasible world.
     pub success: Option<Rate>,
     /// Mean of the column `spl` over the feasible worlds, failures counting 0 (Anderson et al. 2018);
     /// `None` if it is undefined in one of them.
@@ -88,7 +88,7 @@ pub struct SummaryRow {
 }
 
 impl SummaryRow {
-    /// What is said of a metric.
+    /// Statistics of a metric.
     ///
     /// # Panics
     /// If no metric column has that name.
@@ -97,10 +97,10 @@ impl SummaryRow {
         &self.metrics[index.unwrap_or_else(|| panic!("no metric is called `{name}`"))]
     }
 
-    /// Episodes with an outcome of that name.
+    /// Number of episodes with an outcome of that name.
     ///
     /// # Panics
-    /// If there is no such outcome.
+    /// If no outcome has that name.
     pub fn count(&self, outcome: &str) -> u64 {
         let index = Outcome::NAMES.iter().position(|&name| name == outcome);
         self.outcomes[index.unwrap_or_else(|| panic!("no outcome is called `{outcome}`"))]
@@ -118,7 +118,7 @@ struct Group {
 }
 
 impl Group {
-    /// A group without rows, called like `row`.
+    /// A group without rows, for the stack and point of `row`.
     fn new(row: &Row, keys: &[String], episodes: usize) -> Self {
         let metrics = metric_columns().count();
         Self {

@@ -2,10 +2,10 @@
 
 use super::summary::{Rate, SummaryRow};
 
-/// Columns of text that the table keeps within.
+/// Largest width of the table, characters.
 const WIDTH: usize = 120;
 
-/// Two lines of heading of each column.
+/// Heading of each column, two lines.
 const HEADING: [[&str; 2]; 11] = [
     ["", "stack"],
     ["", "n"],
@@ -23,8 +23,8 @@ const HEADING: [[&str; 2]; 11] = [
 /// The summary as aligned text of at most 120 columns, one block per sweep point.
 ///
 /// Lengths, times, clearances and turning points are means over the successes; `other` counts `no_path`,
-/// `planner_error` and `infeasible_world`. A stack's name that finds no room stands on a line of its own
-/// (and may be longer).
+/// `planner_error` and `infeasible_world`. A stack's name that is too long for its column stands on a line of its own
+/// (which may be wider).
 pub fn table(summary: &[SummaryRow]) -> String {
     let cells: Vec<[String; 11]> = summary.iter().map(cells).collect();
     let mut widths = HEADING.map(|lines| lines.map(|line| line.chars().count()).into_iter().fold(0, usize::max));
@@ -59,7 +59,7 @@ pub fn table(summary: &[SummaryRow]) -> String {
     text
 }
 
-/// The values of a sweep point, of all that the rows of its stacks say: a key that touches none of them is left out.
+/// The swept keys and values of a sweep point, taken from the rows of its stacks; a key that concerns none of them is left out.
 pub(crate) fn title<'a>(rows: impl Iterator<Item = &'a [(String, String)]> + Clone) -> String {
     let keys = rows.clone().next().unwrap_or_default().iter().enumerate();
     let values = keys.filter_map(|(index, (key, _))| {

@@ -6,7 +6,7 @@ use std::io;
 /// Wall-clock times of one row, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Timing {
-    /// Building the world and all that is derived from it; the same for all stacks of a world.
+    /// Building the world and the tables derived from it; the same for all stacks of a world.
     pub world_s: f64,
     /// The global layer, all calls.
     pub global_s: f64,

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 pub(super) trait Value {
     /// Appends the text.
     fn write(&self, out: &mut String);
-    /// Takes the value of a text, or says what was expected.
+    /// Takes the value of a text; the error says what was expected.
     fn read(&mut self, text: &str) -> Result<(), &'static str>;
     /// The value as a number, for statistics.
     fn number(&self) -> Option<f64> {

@@ -1,4 +1,4 @@
-//! What no single value shows: numbers that contradict each other, and what the map says.
+//! Checks beyond single values: numbers that contradict each other, and the scenario against its map.
 
 use super::error::ScenarioError;
 use super::file::similar_files;
@@ -21,7 +21,7 @@ use std::ops::Range;
 use std::path::Path;
 
 impl Scenario {
-    /// Checks what can be checked without the map: that no two values contradict each other.
+    /// Checks that no two values contradict each other, as far as this can be checked without the map.
     ///
     /// # Errors
     /// The first contradiction, with the keys at fault.
@@ -133,11 +133,11 @@ impl Scenario {
     }
 
     /// Checks the scenario against its map, which is read or (for episode 0) generated for that;
-    /// paths in the scenario are relative to `folder`. What unknown obstacles do to the way is not
-    /// checked, and where start or goal is random, the way is not either.
+    /// paths in the scenario are relative to `folder`. The effect of unknown obstacles on the way is not
+    /// checked; if start or goal is random, the way is not checked at all.
     ///
     /// # Errors
-    /// If the map cannot be had, the robot does not fit at the start, the goal is out of reach, or
+    /// If the map cannot be loaded, the robot does not fit at the start, the goal is out of reach, or
     /// the known map has no way between the two.
     pub fn check(&self, folder: &Path) -> Result<(), ScenarioError> {
         match self.load_map(folder)? {
@@ -146,7 +146,7 @@ impl Scenario {
         }
     }
 
-    /// The map of episode 0, for [`Self::check_on`]; `None` where that episode has none.
+    /// The map of episode 0, for [`Self::check_on`]; `None` if no acceptable map was drawn for it.
     pub(super) fn load_map(&self, folder: &Path) -> Result<Option<StaticMap>, ScenarioError> {
         match self.map.load(folder, EpisodeSeed { seed: self.seed, episode: 0 }) {
             Ok(grid) => Ok(Some(StaticMap::new(grid))),
@@ -263,7 +263,7 @@ impl Scenario {
         })
     }
 
-    /// The error for a map that cannot be had; one inside a map file is shown there.
+    /// The error for a map that cannot be loaded; a fault inside a map file is shown there.
     fn map_error(&self, error: MapError) -> ScenarioError {
         let map = KeyPath::parse("map").key(self.map.name());
         match error {
@@ -311,7 +311,7 @@ impl Scenario {
     }
 }
 
-/// Adds where the map lies, and the cell centre nearest to `p` where a disc fits (of equals, the first row by row).
+/// Adds the extent of the map, and the cell centre nearest to `p` on which a disc fits (ties: the first row by row).
 fn nearest_fit(error: ScenarioError, map: &StaticMap, p: Vec2, radius_m: f64) -> ScenarioError {
     let grid = &map.grid;
     let origin = grid.frame().origin;
@@ -342,7 +342,7 @@ fn rounded(metres: f64) -> f64 {
     math::canonical((metres * 1000.0).round() / 1000.0)
 }
 
-/// The bytes of the character in a line of a text, both counted from 1; past the end, the last place there is.
+/// The bytes of the character in a line of a text, both counted from 1; past the end, the last place of the text.
 fn span_at(text: &str, line: usize, column: usize) -> Range<usize> {
     let start: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
     let content = text[start..].lines().next().unwrap_or("");
@@ -359,7 +359,7 @@ fn contradiction(title: String, (small, small_is): (&str, f64), (large, large_is
         .help(format!("lower `{small}` or raise `{large}`"))
 }
 
-/// The list of a product in which something stands twice.
+/// The list of a product that holds an entry twice.
 fn repeated(product: &super::Product) -> &'static str {
     let twice = |names: Vec<String>| (1..names.len()).any(|i| names[..i].contains(&names[i]));
     if twice(product.local.iter().map(|local| local.name().to_owned()).collect()) {
@@ -377,7 +377,7 @@ mod tests {
     use super::*;
     use crate::scenario::ScenarioFile;
 
-    /// A room of 10 m by 5 m with a wall in the middle: whole at `gap` 0, else with a door of so many cells of 0.25 m.
+    /// A room of 10 m by 5 m with a wall in the middle: whole at `gap` 0, else with a door of `gap` cells of 0.25 m.
     fn scenario(gap: usize, more: &str) -> ScenarioFile {
         let row = |row: usize| {
             let is_wall = !(10..10 + gap).contains(&row);

@@ -1,9 +1,9 @@
-//! What two resolved scenarios have in different.
+//! Differences between two resolved scenarios.
 
 use serde_yaml::Value;
 
-/// How the YAML text `here` differs from `there`: each differing key with both values, in words; keys at the top that are in
-/// `ignored` are passed over. `None` if one of the two is no YAML.
+/// Differences of the YAML text `here` from `there`: each differing key with both values, in words. Top-level keys in
+/// `ignored` are skipped. `None` if one of the two is no YAML.
 pub fn differences(there: &str, here: &str, ignored: &[&str]) -> Option<Vec<String>> {
     let (there, here) = (serde_yaml::from_str(there).ok()?, serde_yaml::from_str(here).ok()?);
     let mut found = Vec::new();

@@ -1,6 +1,6 @@
 //! Edits of a scenario's tree before its types see it: `--set path.to.key=value`, and sweeps.
 //!
-//! Which keys may be edited is asked of the schema, not of the file: a key that the file leaves at
+//! The schema decides which keys may be edited, not the file: a key that the file leaves at
 //! its default may be set as well. A list's item is named by its index, by the planner it holds, or
 //! by its own `name`; a planner written without parameters takes them (`dwa` becomes
 //! `dwa: {horizon_s: 2}`).
@@ -16,9 +16,9 @@ use serde_yaml::{Mapping, Value};
 /// A value to put at a place of the scenario's tree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edit {
-    /// What messages show.
+    /// Text of the edit that messages show.
     origin: String,
-    /// Where in `origin` the path begins.
+    /// Byte of `origin` at which the path begins.
     path_start: usize,
     path: String,
     value: Value,
@@ -28,7 +28,7 @@ impl Edit {
     /// The edit that the command line writes as `--set path.to.key=value`; the value is YAML.
     ///
     /// # Errors
-    /// Where there is no `=` or no path before it, or the value is not YAML.
+    /// If there is no `=`, no path before it, or the value is not YAML.
     pub fn parse(argument: &str) -> Result<Self, ScenarioError> {
         let before = "--set ";
         let origin = format!("{before}{argument}");
@@ -54,10 +54,10 @@ impl Edit {
         Self { origin: format!("{before}{path}{after}"), path_start: before.len(), path: path.to_owned(), value }
     }
 
-    /// Makes the edit, and says where in the tree it landed.
+    /// Makes the edit and returns its place in the tree.
     ///
     /// # Errors
-    /// Where the path leads to no key of the schema, or to no item of the tree's list.
+    /// If the path leads to no key of the schema, or to no item of the tree's list.
     pub(super) fn apply(&self, tree: &mut Value, schema: &serde_json::Value) -> Result<KeyPath, ScenarioError> {
         let parts: Vec<&str> = self.path.split('.').collect();
         let mut cursor = Cursor { edit: self, schema, done: KeyPath::default(), parts: &parts, used: 0 };
@@ -65,7 +65,7 @@ impl Edit {
         Ok(cursor.done)
     }
 
-    /// Shows an error at this edit; `part` is the number of the path's part at fault, none for the value.
+    /// Shows an error at this edit; `part` is the number of the path's part at fault, `None` for the value.
     pub(super) fn blame(&self, error: ScenarioError, part: Option<usize>) -> ScenarioError {
         let span = match part {
             Some(part) => {
@@ -82,15 +82,15 @@ impl Edit {
     }
 }
 
-/// Where an edit stands in its descent.
+/// Position of an edit during its descent into the tree.
 struct Cursor<'a> {
     edit: &'a Edit,
     schema: &'a serde_json::Value,
-    /// The way so far, as the tree has it.
+    /// The path so far, with the keys and indices of the tree.
     done: KeyPath,
-    /// The way to go, as it was written.
+    /// The parts of the path as written.
     parts: &'a [&'a str],
-    /// Parts gone so far.
+    /// Number of parts used so far.
     used: usize,
 }
 

@@ -1,11 +1,11 @@
-//! Why a scenario was refused, shown where it stands in the file.
+//! Errors of scenarios, shown at their place in the file.
 
 use super::key_path::KeyPath;
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 use std::fmt;
 use std::ops::Range;
 
-/// Why a scenario was refused: what was found and where, what was expected, and what to do.
+/// Reason why a scenario was refused: what was found and where, what was expected, and what to do.
 ///
 /// [`Display`](fmt::Display) shows it like a compiler does, in plain text; [`render`](Self::render)
 /// also in colour.
@@ -22,7 +22,7 @@ struct Diagnosis {
     place: Place,
 }
 
-/// Where the fault stands.
+/// Place of the fault.
 #[derive(Clone, Debug)]
 enum Place {
     /// Not looked up yet.
@@ -66,7 +66,7 @@ impl ScenarioError {
         self
     }
 
-    /// What to write beside the caret.
+    /// Sets the text beside the caret.
     pub(super) fn label(mut self, label: impl Into<String>) -> Self {
         self.0.label = label.into();
         self
@@ -78,7 +78,7 @@ impl ScenarioError {
         self
     }
 
-    /// Adds what to do.
+    /// Adds advice.
     pub(super) fn help(mut self, help: impl Into<String>) -> Self {
         self.0.help.push(help.into());
         self
@@ -100,7 +100,7 @@ impl ScenarioError {
         self
     }
 
-    /// The keys at fault, the most telling first; empty where the file as a whole is.
+    /// The keys at fault, the most important first; empty if the file as a whole is at fault.
     pub fn keys(&self) -> impl ExactSizeIterator<Item = &KeyPath> {
         self.0.keys.iter().map(|(key, _)| key)
     }

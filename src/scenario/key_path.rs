@@ -13,7 +13,7 @@ pub enum Step {
     Item(usize),
 }
 
-/// The way from the top of a scenario to one of its values.
+/// The path from the top of a scenario to one of its values.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct KeyPath(Vec<Step>);
 
@@ -82,13 +82,13 @@ impl fmt::Display for KeyPath {
     }
 }
 
-/// Where `path` stands in `text`, or the longest beginning of it that does: the bytes to underline.
-/// `None` where not even the first key does, or the text is not YAML.
+/// The bytes to underline for `path` in `text`: those of the longest beginning of it that is in the text.
+/// `None` if not even the first key is, or the text is not YAML.
 pub(super) fn locate(text: &str, path: &KeyPath) -> Option<Range<usize>> {
     (1..=path.0.len()).rev().find_map(|count| locate_exactly(text, &path.0[..count]))
 }
 
-/// Whether the whole of `path` stands in `text`.
+/// Whether the whole of `path` is in `text`.
 pub(super) fn exists(text: &str, path: &KeyPath) -> bool {
     offset(text, &path.0, Part::Value).is_some()
 }

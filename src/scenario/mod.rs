@@ -1,9 +1,9 @@
 //! Scenario files: YAML becomes a checked [`Scenario`], or an error that points at the line.
 //!
-//! Reading goes in steps, and the first one that fails speaks: the text as such (size, nesting,
+//! Reading goes in steps, and the first one that fails gives the error: the text as such (size, nesting,
 //! syntax, keys written twice), the edits of the command line, the types (unknown keys and planners,
 //! wrong types, ranges), then [`Scenario::consistent`] (numbers that contradict each other) and
-//! [`Scenario::check`] (what the map says: start inside a wall, no way to the goal).
+//! [`Scenario::check`] (faults against the map: start inside a wall, no way to the goal).
 //!
 //! ```
 //! use simrun::scenario::ScenarioFile;
@@ -140,7 +140,7 @@ impl Scenario {
         self.stacks.specs()
     }
 
-    /// What scenes are drawn from, with its recordings read; their files are looked up relative to `folder`.
+    /// The specification from which scenes are drawn, with its recordings read; files are looked up relative to `folder`.
     ///
     /// # Errors
     /// The first recording that cannot be read.
@@ -168,7 +168,7 @@ impl Scenario {
         &SCHEMA
     }
 
-    /// The JSON Schema as text: what `simrun schema` prints and `docs/scenario.schema.json` holds.
+    /// The JSON Schema as text, as `simrun schema` prints it and `docs/scenario.schema.json` holds it.
     pub fn schema_text() -> String {
         let text = serde_json::to_string_pretty(Self::schema()).expect("a schema is a tree of texts and numbers");
         text + "\n"

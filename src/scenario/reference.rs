@@ -10,20 +10,20 @@ use crate::settings::unit_of;
 use serde_json::{Map, Value as Json, json};
 use std::fmt::Write as _;
 
-/// What `simrun explain KEY` prints; the empty text explains the top-level keys.
+/// The output of `simrun explain KEY`; the empty text explains the top-level keys.
 ///
 /// Items of lists may be left out of the path: `stacks.local.dwa` explains the planner in a list of planners.
 ///
 /// # Errors
-/// If there is no such key, with the nearest one.
+/// If the key is unknown; the message names the nearest one.
 pub fn explain(path: &str) -> Result<String, String> {
     Ok(Key::find(path)?.as_text())
 }
 
-/// What the keys below `path` mean, one after the other, as text: the parameters of a planner, for example.
+/// Meanings of the keys below `path`, one after the other, as text: the parameters of a planner, for example.
 ///
 /// # Errors
-/// If there is no such key, with the nearest one.
+/// If the key is unknown; the message names the nearest one.
 pub fn parameters(path: &str) -> Result<String, String> {
     let key = Key::find(path)?;
     let mut text = String::new();
@@ -132,7 +132,7 @@ impl Key {
         self.elements().forms().iter().copied().find(|form| form["properties"].get(name).is_some())
     }
 
-    /// The innermost items of the list here; the place itself where it is no list.
+    /// The innermost items of the list here; the place itself if it is no list.
     fn elements(&self) -> Place<'static> {
         let mut place = self.place.clone();
         while place.keys().is_empty()
@@ -176,7 +176,7 @@ impl Key {
         type_text(&self.place)
     }
 
-    /// The default as YAML on one line; `none` where the key may be left out, and nothing stands for it.
+    /// The default as YAML on one line; `none` if the key may be left out and has no default.
     fn default_text(&self) -> String {
         if self.required {
             return "required".to_owned();
@@ -204,7 +204,7 @@ impl Key {
         Some(if is_list { format!("each {range}") } else { range })
     }
 
-    /// The texts that may stand here, each with its meaning; none for a choice, whose kinds are keys.
+    /// The texts allowed here, each with its meaning; empty for a choice, whose kinds are keys.
     fn allowed(&self) -> Vec<(String, String)> {
         let elements = self.elements();
         let kinds = elements.kinds();
@@ -311,7 +311,7 @@ impl Key {
         meaning
     }
 
-    /// Where the keys in here are described: at this place, or at the first one of the same type.
+    /// Place at which the keys in here are described: this one, or the first one of the same type.
     fn home(&self) -> KeyPath {
         let types = self
             .place
@@ -367,7 +367,7 @@ fn first_type(form: &Json) -> &str {
     form["type"].as_str().or_else(|| form["type"].as_array()?.first()?.as_str()).unwrap_or_default()
 }
 
-/// What may stand at a place, in words.
+/// The values allowed at a place, in words.
 fn type_text(place: &Place<'_>) -> String {
     let mut kinds: Vec<String> = Vec::new();
     let mut add = |kind: String| {
@@ -418,7 +418,7 @@ fn plural(kind: &str) -> String {
     }
 }
 
-/// What stands behind keys that have no fixed name.
+/// The place of the values whose keys have no fixed name.
 fn any_key<'a>(place: &Place<'a>) -> Option<Place<'a>> {
     place.inner(|form| form.get("additionalProperties").filter(|values| values.is_object()))
 }
@@ -500,7 +500,7 @@ fn indented(text: &str) -> String {
     text.lines().map(|line| format!("  {line}\n")).collect()
 }
 
-/// An example of what stands at a place, with the key path `rest` below it in it.
+/// An example of the value at a place, including the key path `rest` below it.
 fn with_key(place: &Place<'_>, rest: &[&str], full: bool) -> Json {
     let Some((name, deeper)) = rest.split_first() else { return if full { full_sample(place) } else { sample(place) } };
     let Some(inner) = place.key(name) else {
@@ -519,7 +519,7 @@ fn required(place: &Place<'_>, form: &Json, except: Option<&str>) -> Map<String,
     others.filter_map(|name| Some((name.to_owned(), sample(&place.key(name)?)))).collect()
 }
 
-/// A block with every key that must be there or has a default that says something; another value as [`sample`] has it.
+/// A block with every key that is required or has an informative default; for other values, that of [`sample`].
 fn full_sample(place: &Place<'_>) -> Json {
     let says_something = |value: &Json| !matches!(without_nulls(value), Json::Null | Json::Array(_) | Json::Object(_));
     let block = place.forms().iter().find(|form| form["properties"].is_object());
@@ -538,7 +538,7 @@ fn full_sample(place: &Place<'_>) -> Json {
     }
 }
 
-/// An example of what stands at a place: its default where that says something, else what fits.
+/// An example of the value at a place: its default if that is informative, else a fitting value.
 fn sample(place: &Place<'_>) -> Json {
     if let Some(example) = place.find("examples").and_then(|examples| examples.get(0)) {
         return example.clone();

@@ -1,4 +1,4 @@
-//! What keys a scenario may have, asked of its JSON Schema, so that there is no second list of them.
+//! Keys that a scenario may have, taken from its JSON Schema, so that there is no second list of them.
 
 use super::key_path::{KeyPath, Step};
 use serde_json::{Map, Value as Json};
@@ -17,7 +17,7 @@ impl<'a> Place<'a> {
         Self::new(root, [root])
     }
 
-    /// The place of `path`; `None` where no alternative has it.
+    /// The place of `path`; `None` if no alternative has it.
     pub fn at(root: &'a Json, path: &KeyPath) -> Option<Self> {
         path.steps().iter().try_fold(Self::top(root), |place, step| match step {
             Step::Key(key) => place.key(key),
@@ -39,7 +39,7 @@ impl<'a> Place<'a> {
         Self { root, forms }
     }
 
-    /// The names of the keys that may stand here, in the order of the schema.
+    /// The names of the keys allowed here, in the order of the schema.
     pub fn keys(&self) -> Vec<&'a str> {
         let mut keys: Vec<&str> = Vec::new();
         for key in self.forms.iter().filter_map(|form| form["properties"].as_object()).flat_map(|keys| keys.keys()) {
@@ -77,7 +77,7 @@ impl<'a> Place<'a> {
                 .all(|form| form["properties"].as_object().is_some_and(|p| p.len() == 1))
     }
 
-    /// What the documentation says of this place: its first paragraph.
+    /// Meaning of this place: the first paragraph of its documentation.
     pub fn meaning(&self) -> Option<String> {
         self.find("description").and_then(Json::as_str).map(first_paragraph)
     }
@@ -97,7 +97,7 @@ impl<'a> Place<'a> {
         self.key(name).or_else(|| self.items()?.key_or_item_key(name))
     }
 
-    /// Texts that may stand here and no others, each with its meaning; a choice's kinds that need no parameters among them.
+    /// The only texts allowed here, each with its meaning; they include a choice's kinds that need no parameters.
     pub fn names(&self) -> Vec<(&'a str, Option<String>)> {
         let listed = |form: &&'a Json| form["enum"].as_array().into_iter().flatten().chain(form.get("const")).collect();
         let mut names: Vec<(&str, Option<String>)> = Vec::new();
@@ -113,7 +113,7 @@ impl<'a> Place<'a> {
         names
     }
 
-    /// The kinds of a choice, each with its meaning, in the order of the registry; none where this is no choice.
+    /// The kinds of a choice, each with its meaning, in the order of the registry; empty if this is no choice.
     pub fn kinds(&self) -> Vec<(&'a str, Option<String>)> {
         if !self.keys().iter().any(|key| self.is_choice(key)) {
             return Vec::new();
@@ -204,7 +204,7 @@ fn referenced(form: &Json) -> Option<&str> {
     form["$ref"].as_str()?.strip_prefix(TYPES)
 }
 
-/// Where a schema keeps its types.
+/// Place of the types in a schema.
 pub(super) const TYPES: &str = "#/$defs/";
 
 /// The schema with every reference to a type by its new name.

@@ -1,5 +1,5 @@
-//! The first look at a scenario's text, before its types: size, nesting, YAML syntax, keys written
-//! twice, tags, numbers that are none.
+//! The first check of a scenario's text, before its types: size, nesting, YAML syntax, keys written
+//! twice, tags, numbers that are not finite.
 
 use super::error::ScenarioError;
 use super::explain;
@@ -13,14 +13,14 @@ pub(super) const SIZE_MAX_BYTES: usize = 1 << 20;
 /// Deepest nesting of lists and keys. Real scenarios stay below 10.
 const DEPTH_MAX: usize = 32;
 
-/// Most opening brackets in one file. The YAML scanner takes time that grows with the square of how
-/// many stand open (a second for 10⁵), and this bounds that without parsing quotes and comments.
+/// Most opening brackets in one file. The time of the YAML scanner grows with the square of the number of
+/// open brackets (a second for 10⁵); this bounds it without parsing quotes and comments.
 const BRACKETS_MAX: usize = 20_000;
 
-/// What the walk says of `.nan` and `.inf`.
+/// The message for `.nan` and `.inf`.
 pub(super) const NOT_FINITE: &str = "not a finite number";
 
-/// Refuses what is too large or not well-formed.
+/// Refuses a text that is too large or not well-formed.
 pub(super) fn check(file: &str, text: &str) -> Result<(), ScenarioError> {
     if text.len() > SIZE_MAX_BYTES {
         return Err(too_large().in_file(file));
@@ -44,7 +44,7 @@ pub(super) fn too_large() -> ScenarioError {
         .help("is this the right file? Maps and recordings stay in files of their own, which the scenario names")
 }
 
-/// The smallest scenario, for those who have none.
+/// The smallest scenario, as advice in messages.
 pub(super) const SMALLEST: &str = "the smallest scenario names a map and the planners to drive with:\n\
     map: {movingai: {file: my_map.map}}\nstacks: {global: [a_star], local: [dwa]}";
 

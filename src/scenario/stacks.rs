@@ -105,8 +105,8 @@ impl Stacks {
 }
 
 impl Stacks {
-    /// Whether a change of the value at `path` (from the top of the scenario) can touch each stack, in the order of
-    /// [`Self::specs`]: everything outside `stacks` touches all of them, a planner those that it is part of.
+    /// For each stack, whether a change of the value at `path` (from the top of the scenario) can concern it, in the order of
+    /// [`Self::specs`]: a value outside `stacks` concerns all of them, a planner those that it is part of.
     pub(super) fn touched_by(&self, path: &KeyPath) -> Vec<bool> {
         let below = match path.steps() {
             [Step::Key(top), below @ ..] if top == "stacks" => below,
@@ -129,7 +129,7 @@ impl Stacks {
     }
 }
 
-/// What a stack may say beside its planners.
+/// Settings of a stack beside its planners.
 struct Rules {
     replan: Option<Replan>,
     sub_goals: Option<SubGoals>,

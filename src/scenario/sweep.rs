@@ -29,9 +29,9 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-/// Points of one sweep; more are a slip of the pen, or days of work.
+/// Largest number of points of one sweep; more is a mistake, or days of computing.
 const POINTS_MAX: usize = 10_000;
-/// Keys that are no part of what a point is.
+/// Keys that cannot be swept, because they are no property of a point.
 const NOT_SWEPT: [&str; 5] = ["name", "description", "seed", "episodes", "sweep"];
 
 /// Which keys take several values (scenario key `sweep`).
@@ -89,7 +89,7 @@ struct Ranges(Vec<(String, [Finite; 2])>);
 #[derive(Clone, Debug, PartialEq)]
 struct Setting {
     key: String,
-    /// What messages write behind the key: which value of the sweep it is.
+    /// Text behind the key in messages, which says which value of the sweep it is.
     number: String,
     value: Value,
 }
@@ -97,18 +97,18 @@ struct Setting {
 /// One point of a sweep, read and checked.
 #[derive(Clone, Debug)]
 pub struct SweepPoint {
-    /// The value of each swept key, as it stands in results.
+    /// The value of each swept key, as results show it.
     pub values: Vec<String>,
     /// The scenario at this point; its own `sweep` is empty.
     pub scenario: Scenario,
     /// Points of equal number differ in their stacks alone: a stack that both have drives the same episodes.
     pub surroundings: usize,
-    /// Of each stack, in order: whether each swept key touches it.
+    /// For each stack, in order, whether each swept key concerns it.
     touched: Vec<Vec<bool>>,
 }
 
 impl SweepPoint {
-    /// The values of the swept keys in the rows of a stack, by its number: empty where the key does not touch the stack.
+    /// The values of the swept keys in the rows of a stack, by its number; empty if the key does not concern the stack.
     pub fn values_of(&self, stack: usize) -> Vec<String> {
         let values = self.values.iter().zip(&self.touched[stack]);
         values.map(|(value, touched)| if *touched { value.clone() } else { String::new() }).collect()
@@ -277,7 +277,7 @@ fn number(x: f64) -> Value {
     if x.fract() == 0.0 && x.abs() < 1e15 { Value::from(x as i64) } else { Value::from(x) }
 }
 
-/// A text that is the same for values that mean the same: 1 and 1.0.
+/// A text that is the same for values with the same meaning, such as 1 and 1.0.
 fn meant(value: &Value) -> String {
     match value.as_f64() {
         // Every whole number below 2⁵³ is a number of this type.
@@ -286,7 +286,7 @@ fn meant(value: &Value) -> String {
     }
 }
 
-/// A value as it stands in a column.
+/// A value as a column shows it.
 fn shown(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
@@ -295,8 +295,8 @@ fn shown(value: &Value) -> String {
 }
 
 impl ScenarioFile {
-    /// The points of the scenario's sweep, each read and checked against its map; one point without a value where nothing
-    /// is swept. `scenario` is what [`Self::read`] made of the same `edits`.
+    /// The points of the scenario's sweep, each read and checked against its map; one point without a value if nothing
+    /// is swept. `scenario` is the result of [`Self::read`] for the same `edits`.
     ///
     /// # Errors
     /// The first fault of the first faulty point, placed at the value that caused it.
@@ -316,7 +316,7 @@ impl ScenarioFile {
     }
 }
 
-/// Reads the points of a sweep one after the other. What they share is parsed, edited and checked once.
+/// Reads the points of a sweep one after the other. The parts that they share are parsed, edited and checked once.
 struct PointReader<'a> {
     file: &'a ScenarioFile,
     /// The scenario with its sweep.
@@ -324,7 +324,7 @@ struct PointReader<'a> {
     edits: &'a [Edit],
     /// The tree that the settings of a point are put into, without the sweep.
     tree: Value,
-    /// Scenarios without their stacks, by their text: the checked ones.
+    /// The checked scenarios, by their text without the stacks.
     surroundings: BTreeMap<String, usize>,
     /// Points by surroundings and the text of their stacks.
     seen: BTreeSet<(usize, String)>,
@@ -385,7 +385,7 @@ impl<'a> PointReader<'a> {
         Ok(SweepPoint { values, scenario: point, surroundings, touched })
     }
 
-    /// Checks a point against its map, which is loaded anew only where it is another one than the last.
+    /// Checks a point against its map, which is loaded anew only if it differs from the last one.
     fn check(&mut self, point: &Scenario, edits: &[Edit]) -> Result<(), ScenarioError> {
         if self.map.as_ref().is_none_or(|(spec, _)| *spec != point.map) {
             match point.load_map(self.file.folder()).map_err(|error| self.file.place(error, edits))? {

@@ -9,13 +9,13 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{DeserializeOwned, Error, MapAccess, value::MapDeserializer};
 use serde_json::json;
 
-/// Why a name cannot be taken: it stands for nothing, or for something that needs parameters as well.
+/// Reason why a name is refused: it is unknown, or it needs parameters as well.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct NameError(String);
 
 impl NameError {
-    /// `found` is not in `known`; the message names the nearest known one where one is near.
+    /// The error for `found`, which is not in `known`; the message names the nearest known name if one is near.
     pub fn unknown(what: &str, found: &str, known: &[impl AsRef<str>]) -> Self {
         let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
         Self(unknown_name(what, found, &known))
@@ -28,13 +28,13 @@ impl Error for NameError {
     }
 }
 
-/// The message for a name that is not in `known`, with the nearest known one where one is near.
+/// The message for a name that is not in `known`, with the nearest known name if one is near.
 pub fn unknown_name(what: &str, found: &str, known: &[&str]) -> String {
     let hint = nearest(found, known).map_or(String::new(), |name| format!(", did you mean `{name}`?"));
     format!("unknown {what} `{found}`{hint} (known: {})", known.join(", "))
 }
 
-/// The known name most like `found`, if it is alike enough to be a slip; ties go to the first.
+/// The known name most similar to `found`, if it is similar enough for a typing error; ties go to the first.
 pub fn nearest<'a>(found: &str, known: &[&'a str]) -> Option<&'a str> {
     let (mut best, mut best_score) = (None, 0.72);
     for &name in known {
@@ -57,7 +57,7 @@ pub fn defaults<P: DeserializeOwned, E: Error>() -> Result<P, E> {
 /// The parameters of a choice written as `name: {params}`; `name:` alone means every default.
 ///
 /// # Errors
-/// What the parameters' own reader says.
+/// The error of the parameters' own reader.
 pub fn value<'de, P: DeserializeOwned, A: MapAccess<'de>>(map: &mut A) -> Result<P, A::Error> {
     match map.next_value::<Option<P>>()? {
         Some(params) => Ok(params),
@@ -65,7 +65,7 @@ pub fn value<'de, P: DeserializeOwned, A: MapAccess<'de>>(map: &mut A) -> Result
     }
 }
 
-/// The JSON Schema of one kind of a choice: by its name alone where every parameter has a default, and with its parameters.
+/// The JSON Schema of one kind of a choice: by its name alone if every parameter has a default, and with its parameters.
 ///
 /// Without a `summary`, the documentation of the parameters describes the kind.
 pub fn kind_schemas<P: JsonSchema>(generator: &mut SchemaGenerator, name: &str, summary: Option<&str>) -> Vec<Schema> {

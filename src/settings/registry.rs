@@ -1,6 +1,6 @@
 //! The registry of one kind of thing: from a list of modules to everything that must agree with that list.
 
-/// Declares one module for each name, the choice between them, and the table of what each is and does.
+/// Declares one module for each name, the choice between them, and the table of their entries and behaviours.
 ///
 /// `registry! { /// docs  pub enum Name: "what errors call it", Entry, dyn Behaviour { module, … } }`
 ///
@@ -31,20 +31,20 @@ macro_rules! registry {
         }
 
         impl $Name {
-            /// What the registry says of each kind, in the order of [`Self::NAMES`].
+            /// The registry entry of each kind, in the order of [`Self::NAMES`].
             pub const ENTRIES: &'static [$Entry] = &[$($module::ENTRY),+];
 
-            /// What the registry says of this one.
+            /// The registry entry of this kind.
             pub fn entry(&self) -> &'static $Entry {
                 match self { $(Self::$module(_) => &$module::ENTRY),+ }
             }
 
-            /// What the chosen kind does.
+            /// Behaviour of the chosen kind.
             pub fn kind(&self) -> &dyn $Behaviour {
                 match self { $(Self::$module(params) => params),+ }
             }
 
-            /// The same, to change its parameters.
+            /// Mutable access to the chosen kind, to change its parameters.
             pub fn kind_mut(&mut self) -> &mut dyn $Behaviour {
                 match self { $(Self::$module(params) => params),+ }
             }

@@ -31,7 +31,7 @@ const COLUMNS: [&str; 19] = [
     "path_deviation_m",
 ];
 
-/// Writes what the scanner measured: one row per scan, `tick,time_s,range0_m,…`; `inf` where nothing came back.
+/// Writes the scans: one row per scan, `tick,time_s,range0_m,…`; `inf` for a ray without an echo.
 ///
 /// # Errors
 /// If `out` cannot be written.
@@ -58,7 +58,7 @@ pub fn write_scans(trace: &Trace, dt_s: f64, out: &mut impl io::Write) -> io::Re
 /// the shortest text that reads back the same; what is undefined is empty.
 ///
 /// # Errors
-/// What `out` says.
+/// If `out` cannot be written.
 ///
 /// # Panics
 /// If the trace holds a number that is not finite.

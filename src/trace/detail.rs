@@ -1,14 +1,14 @@
-//! What an episode that is recorded in full holds beside its trace: what the robot sensed and believed.
+//! Detail of an episode recorded in full, beside its trace: sensed obstacles and the believed map.
 
 use crate::map::Cell;
 use crate::observation::{Belief, SensedObstacle};
 
-/// What was sensed and believed, tick by tick.
+/// Sensed obstacles and changes of the believed map, tick by tick.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Detail {
-    /// What was sensed, one tick after the other.
+    /// Sensed obstacles, one tick after the other.
     sensed: Vec<SensedObstacle>,
-    /// Where each tick's part of `sensed` ends.
+    /// End of each tick's part of `sensed`.
     sensed_ends: Vec<usize>,
     /// Every change of the belief map, oldest first.
     pub belief: Vec<BeliefChange>,
@@ -29,7 +29,7 @@ pub struct BeliefChange {
 }
 
 impl Detail {
-    /// Notes what was sensed at a tick; to be called at every tick from 0 on.
+    /// Notes the sensed obstacles and the belief of a tick. Must be called at every tick from 0 on.
     pub fn note(&mut self, tick: u32, belief: &Belief, sensed: &[SensedObstacle]) {
         self.sensed.extend_from_slice(sensed);
         self.sensed_ends.push(self.sensed.len());
@@ -47,12 +47,12 @@ impl Detail {
         self.believed = now;
     }
 
-    /// Ticks noted so far.
+    /// Number of ticks noted so far.
     pub fn ticks(&self) -> usize {
         self.sensed_ends.len()
     }
 
-    /// What was sensed at the beginning of `tick`.
+    /// Obstacles sensed at the beginning of `tick`.
     pub fn sensed_at(&self, tick: usize) -> &[SensedObstacle] {
         let begin = if tick == 0 { 0 } else { self.sensed_ends[tick - 1] };
         &self.sensed[begin..self.sensed_ends[tick]]

@@ -5,7 +5,7 @@ use crate::geometry::{Path, Piece, Pose, Twist, Vec2};
 use crate::math;
 use crate::plan::contract::Notes;
 
-/// A digest of what happened: every tick, mover and path, to the last bit; not how the episode was judged.
+/// A digest of the drive: every tick, mover and path, to the last bit. The judgement of the episode is not part of it.
 ///
 /// Equal traces have equal digests in every build. That two different ones agree by chance has a
 /// probability of about 2⁻⁶⁴; it is no defence against someone who looks for such a pair.
@@ -27,11 +27,11 @@ pub fn digest(trace: &Trace) -> u64 {
             digest.text("absent");
         }
     }
-    // Nothing where there is no scanner, so that traces without one keep their digest.
+    // Without a scanner nothing is added, so that such traces keep their digest.
     for &range_m in &trace.ranges_m {
         if range_m.is_finite() { digest.real(range_m) } else { digest.text("nothing") }
     }
-    // Nor where the planner publishes no numbers.
+    // Nor if the planner publishes no numbers.
     for &note in trace.notes.iter().flat_map(Notes::values) {
         digest.real(note);
     }
@@ -116,7 +116,7 @@ impl Digest {
         self.word(u64::from(seen_statics));
     }
 
-    /// Pieces; and times and named key nodes where there are any, so that paths without keep their digest.
+    /// Adds the pieces, and the times and named key nodes if there are any, so that paths without them keep their digest.
     fn path(&mut self, path: &Path) {
         self.point(path.start());
         self.count(path.pieces().len());

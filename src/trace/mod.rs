@@ -1,4 +1,4 @@
-//! What happened in an episode, tick by tick: the input of every metric, picture and trace file.
+//! The trace of an episode, tick by tick: the input of every metric, picture and trace file.
 
 mod csv;
 mod detail;
@@ -22,11 +22,11 @@ pub struct Tick {
     pub believed: Pose,
     /// True twist during this tick.
     pub twist: Twist,
-    /// What the stack asked for.
+    /// Command of the stack.
     pub command: Twist,
-    /// What the local planner was doing, in its own words.
+    /// State of the local planner, by its own name.
     pub state: State,
-    /// The point steered for: of the path, or the planner's own.
+    /// The point for which the planner steered: of the path, or its own.
     pub sub_goal: Vec2,
     /// Footprint edge to the nearest obstacle at the end of the tick, m; negative in penetration.
     pub clearance_m: f64,
@@ -34,9 +34,9 @@ pub struct Tick {
     pub clearance_low_m: f64,
     /// Distance from the true position to the path in force, m; `None` without a path.
     pub path_deviation_m: Option<f64>,
-    /// Movers sensed this tick.
+    /// Number of movers sensed this tick.
     pub sensed_movers: u32,
-    /// Unknown statics known to the robot by this tick.
+    /// Number of unknown statics that the robot knows of by this tick.
     pub seen_statics: u32,
 }
 
@@ -47,7 +47,7 @@ pub struct MoverState {
     pub position: Vec2,
     /// Velocity, m/s.
     pub velocity: Vec2,
-    /// Whether it was there; else position and velocity say nothing.
+    /// Whether it was present; otherwise position and velocity are meaningless.
     pub present: bool,
 }
 
@@ -69,13 +69,13 @@ pub struct Trace {
     pub movers: Vec<MoverState>,
     /// Number of movers.
     pub mover_count: usize,
-    /// What the scanner measured at the beginning of tick 0, 1, …: `ray_count` ranges each, m; infinity where nothing came back.
+    /// Scans at the beginning of tick 0, 1, …: `ray_count` ranges each, m; infinity for a ray without an echo.
     pub ranges_m: Vec<f64>,
     /// Rays of the scanner; 0 without one.
     pub ray_count: usize,
     /// The names of the numbers that the local planner publishes.
     pub note_names: &'static [&'static str],
-    /// Those numbers, one [`Notes`] per row of `ticks`; empty where it publishes none.
+    /// Those numbers, one [`Notes`] per row of `ticks`; empty if it publishes none.
     pub notes: Vec<Notes>,
     /// Every path that came into force, oldest first; the first is the plan at tick 0.
     pub paths: Vec<PlannedPath>,
@@ -92,7 +92,7 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Empties the trace and keeps its memory.
+    /// Empties the trace, reusing its memory.
     pub fn clear(&mut self, mover_count: usize) {
         let Self { mut ticks, mut movers, mut ranges_m, mut notes, mut paths, .. } = core::mem::take(self);
         ticks.clear();

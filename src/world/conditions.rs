@@ -1,4 +1,4 @@
-//! How the robot perceives and obeys in one episode.
+//! Conditions of one episode: sensing, localisation and actuation of the robot.
 
 use super::DT_S;
 use super::drive::ActuationSpec;
@@ -6,7 +6,8 @@ use super::sense::{LocalisationSpec, SensingSpec};
 use crate::rng::EpisodeSeed;
 use crate::settings::quantity::Period;
 
-/// How the robot perceives and obeys in one episode. The default is a perfect robot that senses 5 m around itself.
+/// Sensing, localisation and actuation of the robot in one episode. The default is a perfect robot that senses 5 m around
+/// itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conditions {
     /// Source of the episode's noise.

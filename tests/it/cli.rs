@@ -160,7 +160,7 @@ fn misspelt_subcommands_and_options_are_answered_with_the_nearest() {
         (&["run", "a.yaml", "--epsiodes", "3"], "a similar argument exists: '--episodes'"),
         (&["a.yaml", "--epsiodes", "3"], "a similar argument exists: '--episodes'"),
         (&["map", "inof", "a.map"], "a similar subcommand exists: 'info'"),
-        // A file's name is no slip of the pen.
+        // The name of a file is no typing error.
         (&["analyse.yaml"], "there is no such scenario file"),
     ] {
         let message = simrun(scratch.path()).args(words).ends_with(2).stderr;

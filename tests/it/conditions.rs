@@ -1,4 +1,4 @@
-//! What the robot perceives and how it obeys, against the distributions that the scenario states, and the script.
+//! Perception and actuation of the robot against the distributions that the scenario states, and the script.
 
 use simrun::episode::{Outcome, Runner, Setting, TerminationSpec};
 use simrun::geometry::{Pose, Twist, Vec2, wrap_angle};

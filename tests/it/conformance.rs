@@ -1,4 +1,4 @@
-//! What every planner of a registry promises, asked of each of them: there is no second list of names.
+//! Promises of planners, tested on every planner of a registry: there is no second list of names.
 
 use simrun::map::{Cell, DistanceField, OccupancyGrid};
 use simrun::metrics::any_angle_m;

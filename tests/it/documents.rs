@@ -1,4 +1,4 @@
-//! What the documents name exists.
+//! Checks that the files and names that the documents mention exist.
 
 use super::support::{files, is_blessing, root};
 use std::fs;
@@ -93,7 +93,7 @@ fn linked_paths(text: &str) -> Vec<String> {
     targets.filter(|target| !target.is_empty() && !target.contains("://")).map(str::to_owned).collect()
 }
 
-/// What a document names that is not in the repository.
+/// The paths that a document names and that are not in the repository.
 fn missing(document: &Path, text: &str) -> Vec<String> {
     // Written by the reader's own runs and files; patterns and alternatives stand for several files.
     let is_ours = |path: &String| {

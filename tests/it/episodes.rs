@@ -1,4 +1,4 @@
-//! How episodes end, with planners written outside the crate.
+//! Outcomes of episodes, with planners written outside the crate.
 
 use simrun::episode::{DT_S, Outcome, Runner, Setting, TerminationSpec};
 use simrun::geometry::{Pose, Twist, Vec2};

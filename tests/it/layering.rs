@@ -143,7 +143,7 @@ fn quoted(chars: &[char], quote: char) -> usize {
     at + 1
 }
 
-/// What one file names.
+/// The names used in one file.
 #[derive(Debug, Default)]
 struct Named {
     /// Rooms of this crate; `*` stands for all of them, by a glob or another name of the root.
@@ -158,7 +158,7 @@ struct Reader<'t> {
     tokens: &'t [Token],
     /// Modules from the root to where the reader is.
     module: Vec<String>,
-    /// How deep in braces each inline module began.
+    /// Depth of braces at which each inline module began.
     opened: Vec<usize>,
     depth: usize,
     /// Until which token everything is under `#[cfg(test)]`.
@@ -341,7 +341,7 @@ impl Reader<'_> {
     }
 }
 
-/// What is wrong with one file; the exceptions that it needs are added to `needed`.
+/// The faults of one file; the exceptions that it needs are added to `needed`.
 fn faults(relative: &str, source: &str, needed: &mut BTreeSet<(&'static str, &'static str)>) -> Vec<String> {
     let module = module_of(relative);
     let room = &module[0];

@@ -46,7 +46,7 @@ fn load(scen: &Path, maps: &Path) -> (OccupancyGrid, Vec<Question>) {
     (map, questions)
 }
 
-/// How far a correct answer may be from what is printed.
+/// Largest distance of a correct answer from the printed value.
 ///
 /// The newer files have eight decimals of sums with √2 = 1.414213562, which is 3.8e-10 short per
 /// diagonal step; the older ones have six significant digits of sums in single precision.

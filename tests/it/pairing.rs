@@ -180,7 +180,7 @@ fn experiment(scenario: &Value) -> Result<Experiment, String> {
     Experiment::new(scenario, points, file.folder()).map_err(|error| error.to_string())
 }
 
-/// `world_digest` of each episode; none where there is no feasible world.
+/// `world_digest` of each episode; `None` without a feasible world.
 fn worlds(experiment: &Experiment) -> Vec<Option<Digest>> {
     (0..EPISODES)
         .map(|episode| experiment.drive_one(0, episode, 0).ok().and_then(|drive| drive.row.world_digest))

@@ -22,7 +22,7 @@ fn cases() -> Vec<Case> {
     reader.records().map(|row| case(row.unwrap())).collect()
 }
 
-/// What simrun answers, and how far it may be from SciPy relative to the number (to the width of an interval).
+/// Answer of simrun, and its largest allowed difference from SciPy relative to the number (to the width of an interval).
 fn answer(case: &Case) -> (Vec<f64>, f64) {
     let Case { first, second, .. } = case;
     match &case.function[..] {

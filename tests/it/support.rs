@@ -1,4 +1,4 @@
-//! What the modules of this binary share: the command, the folders of the repository, data beside it.
+//! Helpers shared by the modules of this binary: the command, the folders of the repository, data beside it.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -31,7 +31,7 @@ pub fn simrun(folder: &Path) -> Simrun {
 /// A call of simrun that can be made again and again.
 pub struct Simrun(Command);
 
-/// How a call of simrun ended and what it said.
+/// Exit code and output of a call of simrun.
 #[derive(Debug)]
 pub struct Answer {
     pub code: i32,

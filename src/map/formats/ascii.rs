@@ -22,7 +22,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry {
     summary: "A map drawn in the scenario itself, one character a cell.",
     files: &[FileFormat { extensions: &["txt"], name: None, has_frame: false, read: read_file, write: write_file }],

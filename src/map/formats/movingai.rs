@@ -2,7 +2,7 @@
 //!
 //! A `.map` is a header of four lines (`type octile`, `height H`, `width W`, `map`) and H rows of W
 //! characters, the first on top: `.`, `G` and `S` are passable, `@`, `O`, `T` and `W` blocked. A `.scen`
-//! is a line `version 1` and one query a line, its nine columns parted by tabs. Its cells count
+//! is a line `version 1` and one query a line, its nine columns separated by tabs. Its cells count
 //! columns from the left and rows from the *top* ([`flip`]); its lengths are for 8 neighbours
 //! without corner cutting, in cells. Lines may end in CRLF.
 //!
@@ -21,7 +21,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry {
     summary: "A map file of the MovingAI benchmarks.",
     files: &[FileFormat {
@@ -45,7 +45,7 @@ pub struct Params {
     pub resolution_m: Positive,
 }
 
-/// Most bytes of a file that are looked at: the largest map with CRLF, and room for the header.
+/// Largest number of bytes read from a file: the largest map with CRLF, and room for the header.
 const FILE_BYTES_MAX: u64 = (SIDE_MAX * (SIDE_MAX + 2) + 1024) as u64;
 
 impl MapKind for Params {
@@ -142,7 +142,7 @@ pub fn parse(text: &str) -> Result<OccupancyGrid, MapError> {
 /// Lines before the first row of cells.
 const HEADER_LINES: usize = 4;
 
-/// Longest piece of a file that an error repeats, in characters.
+/// Longest piece of a file that an error quotes, in characters.
 const QUOTE_MAX: usize = 40;
 
 /// A piece of a file as an error shows it.
@@ -310,7 +310,7 @@ mod tests {
         }
     }
 
-    /// The files of the benchmark with an extension, or nothing where the benchmark is absent.
+    /// The files of the benchmark with an extension; empty if the benchmark is absent.
     fn benchmark_files(extension: &str) -> Vec<PathBuf> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/benchmarks/movingai");
         let Ok(entries) = std::fs::read_dir(folder) else {

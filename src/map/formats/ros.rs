@@ -23,8 +23,8 @@
 //! In the first two modes a pixel that is not fully opaque is unknown. The world frame is the map's
 //! own: planners work in cells, and poses go through [`Frame`] with the yaw of `origin`.
 //!
-//! A cell is an obstacle at occupancy 100 and free below, as Nav2's static layer has it by default
-//! (`lethal_cost_threshold` 100, `trinary_costmap`); unknown cells are what `unknown` says.
+//! A cell is an obstacle at occupancy 100 and free below, like Nav2's static layer by default
+//! (`lethal_cost_threshold` 100, `trinary_costmap`); the key `unknown` decides on unknown cells.
 //!
 //! Source: ros-navigation/navigation2, `nav2_map_server/src/map_io.cpp`. Its ≥ and ≤ were > and < in earlier
 //! versions and in ROS 1, which also took the opacity into the mean of `trinary`. No pixel of 8
@@ -48,7 +48,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry {
     summary: "A map of ROS map_server: a YAML header beside a grey image.",
     files: &[
@@ -114,14 +114,14 @@ fn write_with_header(grid: &OccupancyGrid, file: &Path) -> Result<Vec<PathBuf>, 
     Ok(vec![save(file, header.as_bytes())?, image])
 }
 
-/// Occupancy of a cell that holds an obstacle; also the largest there is.
+/// Occupancy of a cell that holds an obstacle; also the largest occupancy.
 const OCCUPIED: i8 = 100;
 /// Occupancy of a cell that is certainly free.
 const FREE: i8 = 0;
 /// Occupancy of a cell that nobody has seen.
 const UNKNOWN: i8 = -1;
 
-/// A map as ROS has it: the occupancy of each cell, which may be unknown.
+/// A map of ROS: the occupancy of each cell, which may be unknown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RosMap {
     cols: usize,
@@ -187,7 +187,7 @@ impl RosMap {
     }
 }
 
-/// Most bytes of a header that are looked at; real ones stay below 1 KiB.
+/// Largest number of bytes read from a header; real ones stay below 1 KiB.
 const HEADER_BYTES_MAX: u64 = 1 << 16;
 
 #[cfg(test)]
@@ -429,7 +429,7 @@ mod tests {
         assert_eq!(Header::parse(&header).expect("a header").image, "a: strange #name.pgm");
     }
 
-    /// The folder of the benchmark, or nothing where it is absent.
+    /// The folder of the benchmark; `None` if it is absent.
     fn benchmark() -> Option<PathBuf> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/benchmarks/ros_maps");
         if !folder.exists() {

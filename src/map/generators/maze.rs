@@ -31,7 +31,7 @@ use crate::settings::quantity::{Cells, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry =
     Entry { summary: "A perfect maze: between any two places there is exactly one way.", files: &[] };
 

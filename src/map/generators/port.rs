@@ -1,7 +1,7 @@
 //! A container port: rows of container blocks with lanes between them, some blocks missing.
 //!
 //! Stand-in for the satellite maps of qin2026, which are not published (systems.md §8.2). The layout is drawn
-//! in whole container widths (`unit_m`): rows 2 or 3 deep, in each of them blocks 6 to 12 long, parted by
+//! in whole container widths (`unit_m`): rows 2 or 3 deep, in each of them blocks 6 to 12 long, separated by
 //! lanes 2 to 4 wide, and lanes along all four sides. It is one layout of rectangles for every
 //! resolution: a cell is occupied if its centre lies in a block, the nearest-neighbour rule of qin2026
 //! eq. 1 to 3. By default 25, 50 or 100 cells a side at 1, 0.5 or 0.25 m. Every lane leads to every other one, so
@@ -48,7 +48,7 @@ use crate::settings::quantity::{Fraction, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry {
     summary: "A container port: rows of container blocks with lanes between them, some blocks missing.",
     files: &[],

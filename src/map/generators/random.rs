@@ -26,7 +26,7 @@ use crate::settings::quantity::{Cells, CountOrZero, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry { summary: "Seeded random obstacles, an exact number of occupied cells.", files: &[] };
 
 /// Parameters of a random map.
@@ -95,8 +95,8 @@ impl Generator for Params {
 }
 
 impl Params {
-    /// The same, for the kind of map called `map`, around `walls`, which are occupied and not counted,
-    /// and `kept_free`, where no obstacle comes.
+    /// Generates a map as `generate` does, for the kind of map called `map`, around `walls`, which are occupied and not counted,
+    /// and `kept_free`, which stay free.
     pub(super) fn generate_around(
         &self,
         map: &'static str,
@@ -152,8 +152,8 @@ impl Params {
         ground
     }
 
-    /// One draw: blocks whose lower left cell is uniform on what is left of the ground, until the
-    /// count is met. A block leaves out what is not ground, and the last one what is too much, row
+    /// One draw: blocks whose lower left cell is uniform on the rest of the ground, until the
+    /// count is met. A block leaves out cells that are not ground, and the last one the surplus cells, row
     /// by row from its lower left cell.
     fn draw(&self, mut grid: OccupancyGrid, mut ground: Vec<u32>, stream: &mut Stream) -> OccupancyGrid {
         let mut allowed = vec![false; grid.occupied().len()];

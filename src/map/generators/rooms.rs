@@ -34,7 +34,7 @@ use crate::settings::quantity::{Cells, Fraction, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry {
     summary: "Rooms with doors: a lattice of equal rooms, each wall between two with one door or none.",
     files: &[],

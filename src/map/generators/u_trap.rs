@@ -2,7 +2,7 @@
 //!
 //! Stand-in for the second scenario of zhao2025 (Z-E2; systems.md §8.2): a map as [`random`] draws it,
 //! with a U of walls on the diagonal from the lower left to the upper right corner. The U is
-//! closed towards +x: who heads from the lower left corner to the upper right one drives into it, and has to come
+//! closed towards +x: a robot that heads from the lower left corner to the upper right one drives into it and has to come
 //! out backwards. Its inside stays free. Both diagonals are feasible: a map whose opposite
 //! corners are not connected is drawn again, 100 times at most. This scenario
 //!
@@ -36,7 +36,7 @@ use crate::settings::quantity::{Cells, CountOrZero, Fraction, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry = Entry {
     summary: "Random obstacles and a U-shaped trap that opens towards the side of the lower left corner.",
     files: &[],

@@ -44,7 +44,7 @@ use crate::settings::quantity::{CountOrZero, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the registry says of it.
+/// Registry entry.
 pub const ENTRY: Entry =
     Entry { summary: "A workshop: a depot, five stations, and crates that stand about.", files: &[] };
 
@@ -73,13 +73,13 @@ const HALL_M: (i64, i64) = (24, 14);
 const MACHINES_M: [(i64, i64); 5] = [(6, 2), (14, 2), (2, 10), (10, 10), (18, 10)];
 /// Width and height of a machine, m.
 const MACHINE_M: (i64, i64) = (4, 2);
-/// Where the robot starts, m.
+/// Start of the robot, m.
 pub const DEPOT_M: (i64, i64) = (1, 7);
-/// Where the robot parks, m: T1 to T5.
+/// Parking places of the robot, m: T1 to T5.
 pub const STATIONS_M: [(i64, i64); 5] = [(8, 5), (16, 5), (4, 9), (12, 9), (20, 9)];
 /// Least gap around a crate, m.
 const GAP_M: f64 = 1.5;
-/// Places drawn for a crate before giving up.
+/// Number of places drawn for a crate before giving up.
 const TRIES_MAX: u32 = 1000;
 
 /// A rectangle in cells: near edges belong to it, far edges do not.
@@ -94,7 +94,7 @@ impl Block {
         Self { x: (x, x + width), y: (y, y + height) }
     }
 
-    /// The gap to another along the axis where it is wider, in cells; negative where they overlap.
+    /// The gap to another block along the axis on which it is wider, in cells; negative if they overlap.
     fn gap(&self, other: &Self) -> i64 {
         let apart = |a: (i64, i64), b: (i64, i64)| (a.0 - b.1).max(b.0 - a.1);
         apart(self.x, other.x).max(apart(self.y, other.y))

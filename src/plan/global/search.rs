@@ -71,9 +71,9 @@ pub(super) struct Arrival<C: Cost> {
 
 /// The rule that distinguishes one best-first planner from another, for one problem.
 pub(super) trait Rule {
-    /// How costs are kept.
+    /// Type of the costs.
     type Cost: Cost;
-    /// How f is kept.
+    /// Type of f.
     type Priority: Priority<Self::Cost>;
 
     /// Whether a closed node is opened again when a cheaper connection is found. A rule that never finds one may return either:

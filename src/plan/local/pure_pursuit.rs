@@ -13,7 +13,7 @@
 //!
 //! Departures and choices:
 //! - The look-ahead point is the first one, from the progress on the path onwards, that is `lookahead_m` away; the
-//!   end of the path where none is, and the point of progress where the robot is farther off the path than that.
+//!   end of the path if no point is, and the point of progress if the robot is farther off the path than that.
 //! - Coulter leaves the speed open. Here: as fast as the limits allow, with |κ| v ≤ ω_max, and slow enough to come
 //!   to a stop at the end of the path.
 //! - A robot that turns on the spot can face any way: where the look-ahead point lies behind (|bearing| > π/2) it

@@ -1,8 +1,8 @@
 //! `line_of_sight`: removes the vertices between two that see each other.
 //!
 //! Greedy from the start: from vertex i go straight to the last vertex j in sight, and on from there;
-//! where none beyond the next one is in sight, the path's own piece to it is kept as it is. Never
-//! longer than the path given, by the triangle inequality.
+//! if no vertex beyond the next one is in sight, the path's own piece to it is kept as it is. The new path
+//! is never longer than the given one, by the triangle inequality.
 //!
 //! Source: corner removal of Qin, Gao, Lu, "SSA*-PDWA", Computers, Materials & Continua 87(1), 2026,
 //! as resolved in `systems.md` §3(a): `i → largest j with los_r(P_i, P_j, r)`; there r is half a cell

@@ -379,7 +379,7 @@ impl Stack {
         self.drive.route.sub_goal
     }
 
-    /// How much work one answer may take.
+    /// Limits on the work of one answer.
     pub fn budget(&self) -> Budget {
         self.planning.budget.budget()
     }

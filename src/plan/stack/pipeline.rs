@@ -41,8 +41,8 @@ impl Plan {
     }
 }
 
-/// How far a path may reach into a blocked square, cells. A step past a corner that the planner may cut, from a start beside
-/// the centre of its cell, stays below it; a path through a wall does not.
+/// Largest depth to which a path may reach into a blocked square, cells. A step past a corner that the planner may cut, from
+/// a start beside the centre of its cell, stays below it; a path through a wall does not.
 const INTRUSION_CELLS: f64 = 0.4;
 
 /// Checks that a path runs from the task's start to its goal through passable cells; the error says what is wrong.

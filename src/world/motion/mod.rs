@@ -80,10 +80,10 @@ pub(super) trait Drive: Debug {
         let _ = (mover, tick);
     }
 
-    /// Direction in which the mover wants to go, a vector in m or m/s, by which it yields to a robot ahead; zero if it never yields.
+    /// Direction in which the mover wants to go (any length), by which it yields to a robot ahead; zero if it never yields.
     fn way(&self, mover: &Mover) -> Vec2;
 
-    /// The course through a tick in which the mover neither yields nor is halted.
+    /// The course through a tick in which the mover is present, not halted and not yielding.
     fn course(&mut self, mover: &Mover, statics: &Statics<'_>, tick: Span) -> Course;
 
     /// Sets another velocity by order of the script; a motion with a way of its own ignores it.

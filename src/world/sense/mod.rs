@@ -1,4 +1,4 @@
-//! Perception: the believed pose, sensed obstacles and scanner ranges, with their noise, delay and occlusion.
+//! Perception: the believed pose, sensed obstacles and scanner ranges, with their noise and occlusion.
 
 mod lidar;
 mod localisation;

@@ -67,7 +67,7 @@ fn random_scene(stream: &mut Stream) -> Option<Scene> {
     Some(scene)
 }
 
-/// Where the robot is `t` after `pose`, by the textbook formula of the circle (another one than the product's).
+/// Position of the robot `t` after `pose`, by the textbook formula of the circle (another one than the product's).
 fn on_arc(pose: Pose, twist: Twist, t: f64) -> Vec2 {
     let Twist { v, omega } = twist;
     if omega.abs() < 1e-6 {

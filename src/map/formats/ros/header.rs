@@ -28,7 +28,7 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// The header of an image that has none: trinary, white is free, origin [0, 0, 0], and the thresholds
+    /// Header for an image without one: trinary, white is free, origin [0, 0, 0], and the thresholds
     /// that Nav2 writes.
     pub(super) fn of_image(resolution_m: Positive) -> Self {
         Self {
@@ -68,7 +68,7 @@ impl Header {
     }
 }
 
-/// What the YAML reader says, with its place, and with the nearest key where a key is unknown.
+/// The error of the YAML reader with its place, and with the nearest known key if a key is unknown.
 fn header_error(error: &serde_yaml::Error) -> MapError {
     let (line, column) = error.location().map_or((1, 1), |place| (place.line(), place.column()));
     let text = error.to_string();
@@ -80,7 +80,7 @@ fn header_error(error: &serde_yaml::Error) -> MapError {
     MapError::Header { line, column, message }
 }
 
-/// How a pixel becomes an occupancy.
+/// Rule by which a pixel becomes an occupancy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Mode {
     #[default]

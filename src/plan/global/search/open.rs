@@ -43,7 +43,7 @@ pub(in super::super) trait Entry: Copy + Ord {
     fn index(self) -> u32;
 }
 
-/// f where it is a number of steps, for searches that never find a closed node cheaper.
+/// f as a number of steps, for searches that never find a closed node cheaper.
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct WholeSteps {
     /// f: the node with the smallest f is expanded first.

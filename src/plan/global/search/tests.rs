@@ -34,7 +34,7 @@ fn neighbours(cell: Cell) -> impl Iterator<Item = Cell> {
     offsets.map(move |(col, row)| Cell { col: cell.col + col, row: cell.row + row })
 }
 
-/// What a step between neighbours costs, if it is allowed: the rules written down once more.
+/// Cost of a step between neighbours, if it is allowed: the rules written down once more.
 fn step_cost(grid: &PlanningGrid, a: Cell, b: Cell, rule: CornerRule) -> Option<Steps> {
     let free = |col, row| grid.is_passable(Cell { col, row });
     let beside = usize::from(free(a.col, b.row)) + usize::from(free(b.col, a.row));

@@ -26,7 +26,7 @@ pub struct Window {
 impl Window {
     /// The window around `twist`, by the same rules as [`Robot::actuate`].
     ///
-    /// Where `twist` lies outside the limits by more than one tick can mend (noise of the believed
+    /// If `twist` lies outside the limits by more than one tick can correct (noise of the believed
     /// twist), an axis shrinks to the one value that the drive will reach.
     pub fn reachable(robot: &Robot, twist: Twist, dt_s: f64) -> Self {
         let (up, down) = if twist.v >= 0.0 {

@@ -62,7 +62,7 @@ impl Terms<'_> {
     }
 }
 
-/// π less the angle between the heading of `pose` and the line to `target`, rad: π where it points there.
+/// π less the angle between the heading of `pose` and the line to `target`, rad: π if it points there.
 fn heading(pose: Pose, target: Vec2) -> f64 {
     math::PI - pose.bearing_to(target).abs()
 }

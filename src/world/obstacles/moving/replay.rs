@@ -39,7 +39,7 @@ pub struct Params {
     /// Whether they stand where the data ends, instead of vanishing. Default: false.
     #[serde(default)]
     pub stays: bool,
-    /// What the file holds, once it has been read.
+    /// Content of the file, once it has been read.
     #[serde(skip)]
     pub recording: Option<Arc<Recording>>,
 }
@@ -121,7 +121,7 @@ mod tests {
     use crate::world::statics::StaticMap;
     use crate::world::{Conditions, World};
 
-    /// What the one mover of a specification plays.
+    /// Sets the recording of the one mover of a specification.
     fn set_recording(spec: &mut SceneSpec, recording: Arc<Recording>) {
         let [MovingChoice::replay(params)] = spec.obstacles.moving.as_mut_slice() else { panic!("{spec:?}") };
         params.recording = Some(recording);

@@ -113,7 +113,7 @@ mod tests {
     use crate::world::scene::tests::seed;
     use std::sync::Arc;
 
-    /// What the parameters draw in a lane of 9 by 3 cells, the robot at its left end, the goal at its right.
+    /// The obstacles drawn by the parameters in a lane of 9 by 3 cells, the robot at its left end, the goal at its right.
     fn draw(yaml: &str, rows: [&str; 3], episode: u64) -> Result<Vec<UnknownStatic>, Infeasible> {
         let params: Params = serde_yaml::from_str(yaml).unwrap();
         let map = Arc::new(StaticMap::new(OccupancyGrid::from_ascii(&rows, 1.0)));
