@@ -110,7 +110,7 @@ fn section(report: &Report, format: Format) -> String {
 /// The tests as cells, with their head.
 fn comparison_rows(comparisons: &[Comparison]) -> Vec<Vec<String>> {
     let head =
-        ["stack", "reference", "metric", "n", "telling", "difference", "95 % interval", "p", "Holm", "effect", ""];
+        ["stack", "reference", "metric", "n", "informative", "difference", "95 % interval", "p", "Holm", "effect", ""];
     let mut rows = vec![head.map(str::to_owned).to_vec()];
     let real = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"));
     for c in comparisons {

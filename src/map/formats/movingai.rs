@@ -216,7 +216,7 @@ fn parse_query(number: usize, line: &str) -> Result<Query, MapError> {
     let advice = "a query is: bucket, map, map width, map height, start x, start y, goal x, goal y, optimal length";
     if fields.len() != QUERY_COLUMNS.len() {
         let found = format!("{} columns", fields.len());
-        return Err(MapError::at((number, 0), found, format!("{} parted by tabs", QUERY_COLUMNS.len()), advice));
+        return Err(MapError::at((number, 0), found, format!("{} separated by tabs", QUERY_COLUMNS.len()), advice));
     }
     let place = |index: usize| (number, fields[..index].iter().map(|field| field.chars().count() + 1).sum());
     let whole = |index: usize, low: usize, high: usize| match usize::from_str(fields[index]) {
@@ -297,7 +297,7 @@ mod tests {
         assert_eq!(parse_queries(text).expect("queries"), [query]);
         for (text, expected) in [
             ("version 2\n".to_string(), "line 1, column 1: found `version 2`, expected `version 1`"),
-            (text.replace('\t', " "), "line 2, column 1: found 1 columns, expected 9 parted by tabs"),
+            (text.replace('\t', " "), "line 2, column 1: found 1 columns, expected 9 separated by tabs"),
             // "3\tmaps/a.map\t3\t2\t0\t" takes 19 characters.
             (
                 text.replace("\t1\t", "\t2\t"),

@@ -7,6 +7,9 @@ mod pending;
 mod pipeline;
 mod planning;
 mod route;
+mod spec;
+#[cfg(test)]
+mod tests;
 
 pub mod movers;
 pub mod replan;
@@ -17,106 +20,18 @@ pub use pipeline::find_path;
 pub use planning::{BudgetSpec, ComputeSpec, PlanningSpec};
 pub use replan::{Replan, Watch};
 pub use route::Route;
+pub use spec::{Caps, StackSpec};
 pub use sub_goal::SubGoals;
 
 use super::PlanningGrid;
 use super::contract::{
     Budget, Decision, Entry, Failure, GlobalPlanner, LocalPlanner, PathStage, Plan, Request, Situation, StateKind, Task,
 };
-use super::global::GlobalChoice;
-use super::local::LocalChoice;
-use super::path::PathChoice;
 use crate::clock::Stopwatch;
 use crate::geometry::{Path, Vec2};
-use crate::math;
 use crate::robot::Robot;
-use crate::settings::quantity::{NonNegative, Positive};
 use pending::{Pending, ticks_of};
 use replan::Checked;
-
-/// A stack as a scenario describes it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StackSpec {
-    /// Unique name in results.
-    pub name: String,
-    /// The global planner; `None` for a local planner alone, whose only sub-goal is the goal.
-    pub global: Option<GlobalChoice>,
-    /// Path stages in order.
-    pub path: Vec<PathChoice>,
-    /// The local planner.
-    pub local: LocalChoice,
-    /// When to plan again; `None` for the rule of `planning.replan`.
-    pub replan: Option<Replan>,
-    /// Which point of the path to steer for; `None` for the rule of `planning.sub_goals`.
-    pub sub_goals: Option<SubGoals>,
-    /// Limits of this stack below those of the robot.
-    pub caps: Caps,
-}
-
-/// Speed limits of a stack below those of the robot.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Caps {
-    /// Highest forward speed, m/s.
-    pub speed_max_mps: Option<Positive>,
-    /// Highest reverse speed, m/s; 0 forbids reversing.
-    pub reverse_speed_max_mps: Option<NonNegative>,
-}
-
-impl Caps {
-    /// The robot with the limits lowered to the caps; `None` if no limit is lowered.
-    fn robot(&self, robot: &Robot) -> Option<Robot> {
-        let Self { speed_max_mps, reverse_speed_max_mps } = *self;
-        let is_capped = speed_max_mps.is_some() || reverse_speed_max_mps.is_some();
-        is_capped.then(|| {
-            let mut capped = robot.clone();
-            if let Some(speed) = speed_max_mps {
-                capped.speed_max_mps = math::min(robot.speed_max_mps, speed.get());
-            }
-            if let Some(speed) = reverse_speed_max_mps {
-                capped.reverse_speed_max_mps = math::min(robot.reverse_speed_max_mps, speed.get());
-            }
-            capped
-        })
-    }
-}
-
-impl StackSpec {
-    /// The name of the global planner, or `none`, as it stands in the name of a stack.
-    pub fn global_name(&self) -> &'static str {
-        self.global.as_ref().map_or("none", GlobalChoice::name)
-    }
-
-    /// The name in results of the path part: the stages joined by `+`; empty without stages.
-    pub fn path_name(&self) -> String {
-        self.path.iter().map(PathChoice::name).collect::<Vec<_>>().join("+")
-    }
-
-    /// `global[+path…]+local`, the name of a stack whose scenario gives none.
-    pub fn default_name(&self) -> String {
-        let mut parts = vec![self.global_name()];
-        parts.extend(self.path.iter().map(PathChoice::name));
-        parts.push(self.local.name());
-        parts.join("+")
-    }
-
-    /// A fresh stack.
-    pub fn build(&self, planning: &PlanningSpec) -> Stack {
-        let mut stack = Stack::new(
-            self.global.as_ref().map(GlobalChoice::build),
-            self.path.iter().map(PathChoice::build).collect(),
-            self.local.build(),
-        )
-        .with_planning(planning);
-        if let Some(replan) = &self.replan {
-            stack = stack.with_replan(replan.clone());
-        }
-        if let Some(sub_goals) = &self.sub_goals {
-            stack.planning.sub_goals = sub_goals.clone();
-        }
-        stack.caps = self.caps;
-        stack
-    }
-}
 
 /// Work of the stack so far in an episode.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
