@@ -1,7 +1,7 @@
 //! `simrun analyze`: result files become comparisons.
 
 use super::{Failure, Out, say};
-use crate::comparison::{self, Format, Plan, Section};
+use crate::comparison::{self, Format, Pairing, Section};
 use crate::settings::quantity::counted;
 use std::path::PathBuf;
 
@@ -52,8 +52,8 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         }
         return baseline(&read(old)?, &sections, &args.out);
     }
-    let plan = Plan { reference: args.reference.clone(), all_pairs: args.all_pairs, unpaired: args.unpaired };
-    let reports = sections.iter().map(|section| comparison::analyse(section, &plan));
+    let pairing = Pairing { reference: args.reference.clone(), all_pairs: args.all_pairs, unpaired: args.unpaired };
+    let reports = sections.iter().map(|section| comparison::analyse(section, &pairing));
     let reports = reports.collect::<Result<Vec<_>, _>>().map_err(Failure::usage)?;
     let format = match args.format {
         Shape::Text => Format::Text,

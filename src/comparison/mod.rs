@@ -77,7 +77,7 @@ pub struct Report {
 
 /// Choice of the comparisons that are made.
 #[derive(Clone, Debug, Default)]
-pub struct Plan {
+pub struct Pairing {
     /// The stack with which the others are compared; `None` for the first one.
     pub reference: Option<String>,
     /// Whether every stack is compared with every other.
@@ -90,21 +90,21 @@ pub struct Plan {
 ///
 /// # Errors
 /// If no stack has the name of the reference; the error lists the stacks.
-pub fn analyse(section: &Section, plan: &Plan) -> Result<Report, NameError> {
+pub fn analyse(section: &Section, pairing: &Pairing) -> Result<Report, NameError> {
     let stacks = &section.stacks;
-    let reference = match &plan.reference {
+    let reference = match &pairing.reference {
         None => 0,
         Some(name) => stacks.iter().position(|stack| stack.name == *name).ok_or_else(|| {
             let known: Vec<&str> = stacks.iter().map(|stack| stack.name.as_str()).collect();
             NameError::unknown("stack", name, &known)
         })?,
     };
-    let chosen: Vec<(usize, usize)> = if plan.all_pairs {
+    let chosen: Vec<(usize, usize)> = if pairing.all_pairs {
         pairs(stacks.len()).collect()
     } else {
         (0..stacks.len()).filter(|&other| other != reference).map(|other| (reference, other)).collect()
     };
-    let compare = if plan.unpaired { compare_unpaired } else { compare_pairs };
+    let compare = if pairing.unpaired { compare_unpaired } else { compare_pairs };
     let mut comparisons: Vec<Comparison> = chosen.iter().flat_map(|&(a, b)| compare(&stacks[a], &stacks[b])).collect();
     correct(&mut comparisons);
 
@@ -117,7 +117,7 @@ pub fn analyse(section: &Section, plan: &Plan) -> Result<Report, NameError> {
         stacks: stacks.iter().filter_map(|stack| summarise_rows(stack.rows.values())).collect(),
         comparisons,
         letters,
-        paired: !plan.unpaired,
+        paired: !pairing.unpaired,
     })
 }
 
@@ -277,7 +277,7 @@ pub(crate) mod tests {
     #[test]
     fn a_stack_is_summed_up_without_its_infeasible_worlds() {
         let section = section(&[("a", "sssfi", &[1.0, 2.0, 4.0, 9.0])]);
-        let report = analyse(&section, &Plan::default()).unwrap();
+        let report = analyse(&section, &Pairing::default()).unwrap();
         let a = &report.stacks[0];
         assert_eq!((a.n, a.rated, a.outcomes), (5, 4, [3, 0, 1, 0, 0, 0, 1]));
         // Wilson's interval of 3 of 4, by the formula: (0.75 + z²/8 ± z √(0.75·0.25/4 + z²/64)) / (1 + z²/4).
@@ -294,7 +294,7 @@ pub(crate) mod tests {
         let a = [10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0];
         let b = [11.0, 12.0, 7.0, 10.0, 14.0, 9.0, 9.0, 9.0];
         let section = section(&[("a", "sssssssf", &a), ("b", "sssssfff", &b)]);
-        let report = analyse(&section, &Plan::default()).unwrap();
+        let report = analyse(&section, &Pairing::default()).unwrap();
         let [success, length, ..] = report.comparisons.as_slice() else { panic!("{report:?}") };
         assert_eq!((success.n, success.informative, success.difference), (8, 2, Some(-25.0)));
         assert_eq!((success.p, success.effect), (0.5, Some(0.0)), "2 · (1/2)²");
@@ -310,14 +310,14 @@ pub(crate) mod tests {
         let wins = "s".repeat(40);
         let losses = "f".repeat(20) + &"s".repeat(20);
         let section = section(&[("good", &wins, &[]), ("bad", &losses, &[]), ("fine", &wins, &[])]);
-        let report = analyse(&section, &Plan { all_pairs: true, ..Plan::default() }).unwrap();
+        let report = analyse(&section, &Pairing { all_pairs: true, ..Pairing::default() }).unwrap();
         let success: Vec<&Comparison> = report.comparisons.iter().filter(|c| c.metric == "success").collect();
         assert_eq!(success.len(), 3);
         assert!(success[0].p_holm < 1e-4 && success[0].difference == Some(-50.0) && !success[0].too_few);
         assert_eq!(success[0].effect, Some(0.0));
         assert_eq!(success[2].effect, Some(f64::INFINITY), "fine against bad");
         assert_eq!(report.letters, ["a", "b", "a"]);
-        let wrong = Plan { reference: Some("goood".to_owned()), ..Plan::default() };
+        let wrong = Pairing { reference: Some("goood".to_owned()), ..Pairing::default() };
         assert!(analyse(&section, &wrong).unwrap_err().to_string().contains("did you mean `good`?"));
     }
 
@@ -326,7 +326,7 @@ pub(crate) mod tests {
         // 116 of 120 against 104 of 120: the two-sided Fisher test of the notes on gao2025 (T8), p = 0.009.
         let (a, b) = ("s".repeat(116) + "ffff", "s".repeat(104) + &"f".repeat(16));
         let section = section(&[("a", &a, &[]), ("b", &b, &[])]);
-        let report = analyse(&section, &Plan { unpaired: true, ..Plan::default() }).unwrap();
+        let report = analyse(&section, &Pairing { unpaired: true, ..Pairing::default() }).unwrap();
         assert_eq!(report.comparisons[0].test, "Fisher, exact");
         assert!((report.comparisons[0].p - 0.009).abs() < 5e-4, "{}", report.comparisons[0].p);
     }

@@ -4,7 +4,7 @@ use super::evidence::{Evidence, TableEvidence};
 use super::judge::{Ruling, Verdict, judge};
 use super::published::{Measured, Published, Quantity, mean_of, measured};
 use super::{Paper, manifest};
-use crate::comparison::{Comparison, Format, Plan, Section, StackRows, analyse, compare_pairs, table};
+use crate::comparison::{Comparison, Format, Pairing, Section, StackRows, analyse, compare_pairs, table};
 use std::fmt::Write as _;
 
 /// The whole report in Markdown.
@@ -108,7 +108,7 @@ fn stacks(id: &str, section: &Section, published: &[Published]) -> String {
         });
         found.map_or_else(String::new, |number| format!(" ({})", number.value))
     };
-    let letters = analyse(section, &Plan::default()).map(|report| report.letters).unwrap_or_default();
+    let letters = analyse(section, &Pairing::default()).map(|report| report.letters).unwrap_or_default();
     let head = [
         "stack",
         "n",

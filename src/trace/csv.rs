@@ -36,7 +36,7 @@ const COLUMNS: [&str; 19] = [
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_scans(trace: &Trace, dt_s: f64, out: &mut impl io::Write) -> io::Result<()> {
-    let mut record = Record { writer: csv::Writer::from_writer(out), text: String::new() };
+    let mut record = CsvRow { writer: csv::Writer::from_writer(out), text: String::new() };
     let rays = (0..trace.ray_count).map(|ray| format!("range{ray}_m"));
     record.writer.write_record(["tick", "time_s"].map(str::to_owned).into_iter().chain(rays))?;
     for (tick, ranges_m) in trace.ranges_m.chunks(trace.ray_count.max(1)).enumerate() {
@@ -64,7 +64,7 @@ pub fn write_scans(trace: &Trace, dt_s: f64, out: &mut impl io::Write) -> io::Re
 /// If the trace holds a number that is not finite.
 pub fn write_csv(trace: &Trace, frame: &Frame, dt_s: f64, out: &mut impl io::Write) -> io::Result<()> {
     let movers = (0..trace.mover_count).flat_map(|i| [format!("mover{i}_x_m"), format!("mover{i}_y_m")]);
-    let mut record = Record { writer: csv::Writer::from_writer(out), text: String::new() };
+    let mut record = CsvRow { writer: csv::Writer::from_writer(out), text: String::new() };
     let notes = trace.note_names.iter().map(|&name| name.to_owned());
     record.writer.write_record(COLUMNS.map(str::to_owned).into_iter().chain(notes).chain(movers))?;
     for (row, tick) in trace.ticks.iter().enumerate() {
@@ -108,13 +108,13 @@ pub fn write_csv(trace: &Trace, frame: &Frame, dt_s: f64, out: &mut impl io::Wri
 }
 
 /// Writes the fields of a CSV row one after another.
-struct Record<W: io::Write> {
+struct CsvRow<W: io::Write> {
     writer: csv::Writer<W>,
     /// The field being written; kept for its memory.
     text: String,
 }
 
-impl<W: io::Write> Record<W> {
+impl<W: io::Write> CsvRow<W> {
     fn field(&mut self, value: impl fmt::Display) -> csv::Result<()> {
         self.text.clear();
         write!(self.text, "{value}").expect("writing to a string cannot fail");

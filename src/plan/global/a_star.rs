@@ -16,7 +16,7 @@
 
 use super::GlobalKind;
 use super::search::{
-    Arrival, Buckets, CornerRule, Heuristic, MoveTable, Moves, RealEntry, Rule, Steps, Ticks, Visit, WholeEntry,
+    Arrival, Buckets, CellCost, CornerRule, Heuristic, MoveTable, Moves, RealEntry, Rule, Steps, Visit, WholeEntry,
     WholeSteps, Workspace,
 };
 use crate::map::Cell;
@@ -54,7 +54,7 @@ impl GlobalKind for Params {
 pub struct Planner {
     params: Params,
     /// Workspace for the octile distance, whose f is a number of steps.
-    whole: Workspace<Ticks, Buckets<WholeEntry>>,
+    whole: Workspace<CellCost, Buckets<WholeEntry>>,
     /// Workspace for the other estimates.
     real: Workspace<Steps, Buckets<RealEntry>>,
 }
@@ -89,22 +89,22 @@ impl<'a> CostPlusOctile<'a> {
 }
 
 impl Rule for CostPlusOctile<'_> {
-    type Cost = Ticks;
+    type Cost = CellCost;
     type Priority = WholeSteps;
 
     fn reopens(&self) -> bool {
         true // a consistent estimate never finds a cheaper way to a closed node
     }
 
-    fn moves(&self, from: &Visit<Ticks>) -> Moves {
+    fn moves(&self, from: &Visit<CellCost>) -> Moves {
         self.moves.after(from.arrived_by, self.problem.grid, from.index)
     }
 
-    fn estimate(&self, cell: Cell) -> Ticks {
-        Ticks::octile(cell, self.problem.goal)
+    fn estimate(&self, cell: Cell) -> CellCost {
+        CellCost::octile(cell, self.problem.goal)
     }
 
-    fn priority(&self, arrival: Arrival<Ticks>) -> WholeSteps {
+    fn priority(&self, arrival: Arrival<CellCost>) -> WholeSteps {
         let h = self.estimate(arrival.cell);
         WholeSteps { f: arrival.g.plus(h), h }
     }

@@ -21,7 +21,7 @@
 
 use super::GlobalKind;
 use super::search::{
-    Arrival, Buckets, CornerRule, Cost, MoveTable, Moves, Rule, Ticks, Visit, WholeEntry, WholeSteps, Workspace,
+    Arrival, Buckets, CellCost, CornerRule, Cost, MoveTable, Moves, Rule, Visit, WholeEntry, WholeSteps, Workspace,
 };
 use crate::map::Cell;
 use crate::plan::PlanningGrid;
@@ -56,7 +56,7 @@ impl GlobalKind for Params {
 #[derive(Debug)]
 pub struct Planner {
     params: Params,
-    workspace: Workspace<Ticks, Buckets<WholeEntry>>,
+    workspace: Workspace<CellCost, Buckets<WholeEntry>>,
 }
 
 impl Planner {
@@ -80,19 +80,19 @@ struct WithoutSymmetry<'a> {
 }
 
 impl Rule for WithoutSymmetry<'_> {
-    type Cost = Ticks;
+    type Cost = CellCost;
     type Priority = WholeSteps;
 
     fn reopens(&self) -> bool {
         true // a closed node already has its smallest cost
     }
 
-    fn moves(&self, from: &Visit<Ticks>) -> Moves {
+    fn moves(&self, from: &Visit<CellCost>) -> Moves {
         self.moves.after(from.arrived_by, self.grid, from.index)
     }
 
-    fn priority(&self, arrival: Arrival<Ticks>) -> WholeSteps {
-        WholeSteps { f: arrival.g, h: Ticks::ZERO }
+    fn priority(&self, arrival: Arrival<CellCost>) -> WholeSteps {
+        WholeSteps { f: arrival.g, h: CellCost::ZERO }
     }
 }
 

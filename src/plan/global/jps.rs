@@ -40,7 +40,7 @@
 use super::GlobalKind;
 use super::a_star::CostPlusOctile;
 use super::search::{
-    Buckets, CornerRule, Cost, Entry as _, Heap, Move, Moves, Priority, Ticks, WholeEntry, WholeSteps, Workspace,
+    Buckets, CellCost, CornerRule, Cost, Heap, Move, Moves, OpenEntry, Priority, WholeEntry, WholeSteps, Workspace,
 };
 use crate::map::Cell;
 use crate::plan::PlanningGrid;
@@ -82,13 +82,13 @@ pub struct Planner {
     open: Heap<WholeEntry>,
     pushed: u64,
     /// Workspace of the plain search for grids with escape zones.
-    plain: Workspace<Ticks, Buckets<WholeEntry>>,
+    plain: Workspace<CellCost, Buckets<WholeEntry>>,
 }
 
 /// Record of a cell.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    g: Ticks,
+    g: CellCost,
     parent: u32,
     /// Number of the search that met the cell.
     search: u32,
@@ -101,7 +101,7 @@ struct Node {
 #[derive(Clone, Copy, Debug)]
 struct Passed {
     cell: Cell,
-    g: Ticks,
+    g: CellCost,
 }
 
 impl Planner {
@@ -120,7 +120,7 @@ impl Planner {
         }
         self.search += 1;
         if self.nodes.len() < grid.cells().len() {
-            let unmet = Node { g: Ticks::ZERO, parent: 0, search: 0, arrived_by: None, is_closed: false };
+            let unmet = Node { g: CellCost::ZERO, parent: 0, search: 0, arrived_by: None, is_closed: false };
             self.nodes.resize(grid.cells().len(), unmet);
         }
     }
@@ -133,7 +133,7 @@ impl Planner {
             return;
         }
         *node = Node { g, parent, search: self.search, arrived_by, is_closed: false };
-        let h = Ticks::octile(cell, problem.goal);
+        let h = CellCost::octile(cell, problem.goal);
         self.open.push(Reverse(WholeSteps { f: g.plus(h), h }.entry(g, index)));
         self.pushed += 1;
     }
@@ -141,7 +141,7 @@ impl Planner {
     /// Runs from a cell by a straight step and opens the jump point, if there is one.
     fn run_straight(&mut self, problem: &Problem<'_>, parent: u32, step: Move, from: Passed) {
         if let Some(cell) = self.lines.jump(from.cell, step, problem.goal) {
-            let g = from.g.plus(Ticks::octile(from.cell, cell));
+            let g = from.g.plus(CellCost::octile(from.cell, cell));
             self.open(problem, parent, Some(step), Passed { cell, g });
         }
     }
@@ -194,7 +194,7 @@ impl GridPlanner for Planner {
         self.begin(grid);
         let (start, goal) = (grid.index(problem.start), grid.index(problem.goal));
         let mut expanded = 0;
-        self.open(problem, start, None, Passed { cell: problem.start, g: Ticks::ZERO });
+        self.open(problem, start, None, Passed { cell: problem.start, g: CellCost::ZERO });
         while let Some(Reverse(entry)) = self.open.pop() {
             let index = entry.index();
             let node = &mut self.nodes[index as usize];
@@ -209,7 +209,7 @@ impl GridPlanner for Planner {
             }
             expanded += 1;
             let from = Passed { cell: grid.cell(index), g };
-            let f = g.plus(Ticks::octile(from.cell, problem.goal));
+            let f = g.plus(CellCost::octile(from.cell, problem.goal));
             let moves = Moves::natural_and_forced(grid, index, CornerRule::Forbid, arrived_by);
             let towards_goal = Move::towards(from.cell, problem.goal).filter(|&step| moves.contains(step));
             for step in towards_goal.into_iter().chain(moves.filter(|&step| Some(step) != towards_goal)) {

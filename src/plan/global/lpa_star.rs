@@ -38,7 +38,7 @@
 //! When to use it: with replanning on a map that changes here and there. Without, `a_star` does the same with less.
 
 use super::GlobalKind;
-use super::search::{CornerRule, Cost, Move, Moves, Ticks, step_factor};
+use super::search::{CellCost, CornerRule, Cost, Move, Moves, step_factor};
 use crate::map::Cell;
 use crate::plan::PlanningGrid;
 use crate::plan::contract::{Entry, Failure, GlobalPlanner, GridPlanner, Problem, Search};
@@ -65,16 +65,16 @@ pub const ENTRY: Entry = Entry {
 };
 
 /// Distance of a node to which no way is known; larger than that of any path.
-const UNREACHED: Ticks = Ticks(u64::MAX);
+const UNREACHED: CellCost = CellCost(u64::MAX);
 
 /// Record of a node: its distance from the root as stored (g), and as computed from its neighbours (rhs).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Vertex {
-    g: Ticks,
-    rhs: Ticks,
+    g: CellCost,
+    rhs: CellCost,
 }
 
-type Key = (Ticks, Ticks);
+type Key = (CellCost, CellCost);
 
 /// Key of a node of which nothing is known: larger than all others.
 const LAST: Key = (UNREACHED, UNREACHED);
@@ -169,7 +169,7 @@ impl Planner {
         self.vertices.clear();
         self.vertices.resize(self.cells.len(), Vertex { g: UNREACHED, rhs: UNREACHED });
         self.queue.clear();
-        self.set_rhs(grid, grid.index(problem.goal), Ticks::ZERO);
+        self.set_rhs(grid, grid.index(problem.goal), CellCost::ZERO);
     }
 
     /// Gives every entry of the queue its current key and drops the outdated ones.
@@ -195,7 +195,7 @@ impl Planner {
         if distance == UNREACHED {
             return LAST;
         }
-        (distance.plus(Ticks::octile(grid.cell(index), self.start)), distance)
+        (distance.plus(CellCost::octile(grid.cell(index), self.start)), distance)
     }
 
     /// Repairs g and rhs until the distance of `start` is right; returns the number of nodes expanded.
@@ -246,7 +246,7 @@ impl Planner {
     }
 
     /// The neighbour through which a node is nearest to the root, and the distance that way; ties go to the first neighbour.
-    fn best_neighbour(&self, grid: &PlanningGrid, index: u32) -> Option<(u32, Ticks)> {
+    fn best_neighbour(&self, grid: &PlanningGrid, index: u32) -> Option<(u32, CellCost)> {
         let neighbours = self.moves(grid, index).filter_map(|step| {
             let to = step.index_from(grid, index);
             let g = self.vertices[to as usize].g;
@@ -263,7 +263,7 @@ impl Planner {
         }
     }
 
-    fn set_rhs(&mut self, grid: &PlanningGrid, index: u32, rhs: Ticks) {
+    fn set_rhs(&mut self, grid: &PlanningGrid, index: u32, rhs: CellCost) {
         if self.vertices[index as usize].rhs != rhs {
             self.vertices[index as usize].rhs = rhs;
             self.push(grid, index);
@@ -293,7 +293,7 @@ impl Planner {
 }
 
 /// A distance with the step between two nodes added.
-fn stepped(grid: &PlanningGrid, distance: Ticks, a: u32, b: u32, step: Move) -> Ticks {
+fn stepped(grid: &PlanningGrid, distance: CellCost, a: u32, b: u32, step: Move) -> CellCost {
     let factor = step_factor(grid.cells()[a as usize] | grid.cells()[b as usize]);
     distance.stepped(step.is_diagonal(), factor)
 }

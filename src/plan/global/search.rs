@@ -33,11 +33,11 @@ mod open;
 mod tests;
 
 pub use cost::Heuristic;
-pub(super) use cost::{Cost, Steps, Ticks};
+pub(super) use cost::{CellCost, Cost, Steps};
 pub(super) use marks::Marks;
 pub use moves::CornerRule;
 pub(super) use moves::{Move, MoveTable, Moves};
-pub(super) use open::{Buckets, Entry, Heap, Priority, RealEntry, WholeEntry, WholeSteps};
+pub(super) use open::{Buckets, Heap, OpenEntry, Priority, RealEntry, WholeEntry, WholeSteps};
 
 use crate::map::Cell;
 use crate::plan::PlanningGrid;

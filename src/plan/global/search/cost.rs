@@ -64,12 +64,12 @@ impl Steps {
 /// right where the diagonal counts differ by less than 2¹⁷: always where fewer than 2¹⁷ cells are free, and
 /// beyond that but for a maze that winds so long. A map has at most 2²⁸ cells: no cost of a path overflows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(in super::super) struct Ticks(pub u64);
+pub(in super::super) struct CellCost(pub u64);
 
 /// √2 · 2³⁶ = 97 184 015 999.2…
 const DIAGONAL_TICKS: u64 = 97_184_015_999;
 
-impl Ticks {
+impl CellCost {
     pub const PER_CELL: u64 = 1 << 36;
 
     /// Both costs added.
@@ -85,7 +85,7 @@ impl Ticks {
     }
 }
 
-impl Cost for Ticks {
+impl Cost for CellCost {
     const ZERO: Self = Self(0);
 
     fn stepped(self, is_diagonal: bool, factor: u32) -> Self {

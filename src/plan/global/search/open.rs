@@ -10,7 +10,7 @@
 //! The order is f, then larger g, then smaller index. An entry holds these in one of two forms:
 //! [`WholeEntry`], one integer, where f and h are whole steps; [`RealEntry`] for all others.
 
-use super::cost::{Cost, Ticks};
+use super::cost::{CellCost, Cost};
 use dary_heap::QuaternaryHeap;
 use std::cmp::Reverse;
 
@@ -22,7 +22,7 @@ const RING: usize = 512;
 /// f of a node that is about to be pushed, in the form in which the rule computes it.
 pub(in super::super) trait Priority<C: Cost> {
     /// Type of the entries in the open list.
-    type Entry: Entry;
+    type Entry: OpenEntry;
 
     /// The entry of a node that is reached at cost `g`, given its row-major index.
     fn entry(self, g: C, index: u32) -> Self::Entry;
@@ -35,7 +35,7 @@ pub(in super::super) trait Priority<C: Cost> {
 }
 
 /// A node's key in the order: the smallest is the best.
-pub(in super::super) trait Entry: Copy + Ord {
+pub(in super::super) trait OpenEntry: Copy + Ord {
     /// Number of its bucket; it never decreases as f increases.
     fn bucket(self) -> u64;
 
@@ -47,9 +47,9 @@ pub(in super::super) trait Entry: Copy + Ord {
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct WholeSteps {
     /// f: the node with the smallest f is expanded first.
-    pub f: Ticks,
+    pub f: CellCost,
     /// h, the part of f that estimates the remaining cost.
-    pub h: Ticks,
+    pub h: CellCost,
 }
 
 /// From the highest bit: 64 of f, 32 of h, 32 of the index.
@@ -59,11 +59,11 @@ pub(in super::super) struct WholeSteps {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(in super::super) struct WholeEntry(u128);
 
-impl Priority<Ticks> for WholeSteps {
+impl Priority<CellCost> for WholeSteps {
     type Entry = WholeEntry;
 
-    fn entry(self, _: Ticks, index: u32) -> WholeEntry {
-        let h = self.h.0 / (Ticks::PER_CELL >> 17);
+    fn entry(self, _: CellCost, index: u32) -> WholeEntry {
+        let h = self.h.0 / (CellCost::PER_CELL >> 17);
         WholeEntry(u128::from(self.f.0) << 64 | u128::from(h << 32 | u64::from(index)))
     }
 
@@ -72,8 +72,8 @@ impl Priority<Ticks> for WholeSteps {
         true
     }
 
-    fn cost(entry: WholeEntry, _: u32, estimate: impl FnOnce() -> Ticks) -> Ticks {
-        Ticks(entry.f().wrapping_sub(estimate().0))
+    fn cost(entry: WholeEntry, _: u32, estimate: impl FnOnce() -> CellCost) -> CellCost {
+        CellCost(entry.f().wrapping_sub(estimate().0))
     }
 }
 
@@ -83,9 +83,9 @@ impl WholeEntry {
     }
 }
 
-impl Entry for WholeEntry {
+impl OpenEntry for WholeEntry {
     fn bucket(self) -> u64 {
-        self.f() / (Ticks::PER_CELL / BUCKETS_PER_CELL)
+        self.f() / (CellCost::PER_CELL / BUCKETS_PER_CELL)
     }
 
     fn index(self) -> u32 {
@@ -121,7 +121,7 @@ impl<C: Cost<Kept = C>> Priority<C> for f64 {
     }
 }
 
-impl Entry for RealEntry {
+impl OpenEntry for RealEntry {
     fn bucket(self) -> u64 {
         // Rounding towards zero keeps the order, which is all that buckets need.
         let bucket = (number(self.f) * BUCKETS_PER_CELL as f64) as i64;
@@ -147,7 +147,7 @@ fn number(ordered: u64) -> f64 {
 /// The open list. Cheaper entries of a node are pushed beside the old ones, not moved.
 pub(in super::super) trait OpenList: Default {
     /// Type of the entries.
-    type Entry: Entry;
+    type Entry: OpenEntry;
 
     /// Forgets all entries and keeps their memory.
     fn clear(&mut self);
@@ -162,7 +162,7 @@ pub(in super::super) trait OpenList: Default {
 /// The open list of searches whose f may fall by any amount.
 pub(in super::super) type Heap<E> = QuaternaryHeap<Reverse<E>>;
 
-impl<E: Entry> OpenList for Heap<E> {
+impl<E: OpenEntry> OpenList for Heap<E> {
     type Entry = E;
 
     fn clear(&mut self) {
@@ -211,7 +211,7 @@ impl<E> Default for Buckets<E> {
     }
 }
 
-impl<E: Entry> OpenList for Buckets<E> {
+impl<E: OpenEntry> OpenList for Buckets<E> {
     type Entry = E;
 
     fn clear(&mut self) {
@@ -244,7 +244,7 @@ impl<E: Entry> OpenList for Buckets<E> {
     }
 }
 
-impl<E: Entry> Buckets<E> {
+impl<E: OpenEntry> Buckets<E> {
     /// Keeps an entry for the turn of its bucket.
     fn put_off(&mut self, bucket: u64, entry: E) {
         if bucket - self.turn < RING as u64 {
@@ -293,7 +293,7 @@ impl<E: Entry> Buckets<E> {
 
 /// Sorts entries, no two of which are equal. Short lists by counting for each entry those that it is better than:
 /// that takes more comparisons than other ways, but no branch depends on them.
-fn sort_best_last<E: Entry>(entries: &mut Vec<E>, sorted: &mut Vec<E>) {
+fn sort_best_last<E: OpenEntry>(entries: &mut Vec<E>, sorted: &mut Vec<E>) {
     const SHORT: usize = 16;
     if entries.len() > SHORT {
         entries.sort_unstable_by(|a, b| b.cmp(a));

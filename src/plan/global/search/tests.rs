@@ -480,7 +480,7 @@ fn values_of_equal_counts_are_equal_and_of_different_counts_in_the_right_order()
 fn ticks_order_counts_that_differ_by_less_than_a_map_of_path_as_exactly() {
     let mut stream = stream(28);
     let ticks = |straight: u64, diagonal: u64| {
-        let one = |is_diagonal| Cost::stepped(Ticks::ZERO, is_diagonal, 1).0;
+        let one = |is_diagonal| Cost::stepped(CellCost::ZERO, is_diagonal, 1).0;
         straight * one(false) + diagonal * one(true)
     };
     let (mut p, mut q) = (1u64, 1u64);
