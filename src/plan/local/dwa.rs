@@ -36,22 +36,27 @@
 
 use super::LocalKind;
 use super::window::params::window_params;
-use super::window::{DynamicWindow, Score};
+use super::window::objective::{Objective, Weights};
+use super::window::{Aim, DynamicWindow, Normalise, Score};
 use crate::plan::contract::{Decision, Entry, Failure, Fit, Guidance, LocalPlanner, Situation, State};
 use crate::settings::quantity::NonNegative;
 
 window_params! {
     /// Parameters of `dwa`.
     pub struct Params {
-        /// Weight α of the heading term; higher turns to the target sooner and goes round less. Default 0.1: with the
-        /// 0.05 that the papers print, the default robot drifts past turns at full speed.
+        /// Weight π of the progress along the path; only with `normalise: fixed`. Default 1.
+        pub progress_weight: NonNegative = NonNegative::new(1.0),
+        /// Weight δ of the distance from the path; higher holds the robot to it. Only with `normalise: fixed`. Default 0.5.
+        pub path_weight: NonNegative = NonNegative::new(0.5),
+        /// Weight α of the heading term; higher turns to the path or target sooner and goes round less. Default 0.1.
         pub heading_weight: NonNegative = NonNegative::new(0.1),
-        /// Weight β of the distance term; higher keeps farther from obstacles and shuns lanes. Default 0.2.
-        pub distance_weight: NonNegative = NonNegative::new(0.2),
-        /// Weight γ of the velocity term; lower is timid. Default 0.1.
-        pub velocity_weight: NonNegative = NonNegative::new(0.1),
-        /// Whether movers are predicted at constant velocity; else they stand where they are. Default false.
-        pub predict_dynamic: bool = false,
+        /// Weight β of the distance from obstacles; with `normalise: fixed` the share of its progress that contact takes off a rollout.
+        /// Default 0.5.
+        pub distance_weight: NonNegative = NonNegative::new(0.5),
+        /// Weight γ of the velocity term; lower is timid. Default 0.3.
+        pub velocity_weight: NonNegative = NonNegative::new(0.3),
+        /// Whether movers are predicted at constant velocity; else they stand where they are. Default true.
+        pub predict_dynamic: bool = true,
     }
 }
 
@@ -79,27 +84,49 @@ impl LocalKind for Params {
 pub struct Planner {
     params: Params,
     window: DynamicWindow,
+    objective: Objective,
     score: Score,
 }
 
 impl Planner {
     /// A fresh planner.
     pub fn new(params: &Params) -> Self {
-        Self { params: params.clone(), window: DynamicWindow::new(params.window()), score: Score::default() }
+        Self {
+            params: params.clone(),
+            window: DynamicWindow::new(params.window()),
+            objective: Objective::default(),
+            score: Score::default(),
+        }
     }
 }
 
 impl LocalPlanner for Planner {
     fn decide(&mut self, situation: &Situation<'_>, guidance: &Guidance<'_>) -> Result<Decision, Failure> {
         let params = &self.params;
-        let rollouts = self.window.roll(situation);
-        let terms = params.terms(rollouts, situation, guidance.sub_goal);
+        let target = guidance.sub_goal;
+        if params.normalise == Normalise::Fixed {
+            let weights = Weights {
+                progress: params.progress_weight.get(),
+                path: params.path_weight.get(),
+                heading: params.heading_weight.get(),
+                distance: params.distance_weight.get(),
+                velocity: params.velocity_weight.get(),
+            };
+            let aim = self.objective.aim(situation, guidance, self.window.horizons_s(situation.robot));
+            let rollouts = self.window.roll(situation, &aim);
+            let mut score = self.score.over(rollouts);
+            score.set(|i| self.objective.score(rollouts, i, &weights, params.d_cap_m.get(), 1.0));
+            let best = score.best();
+            return Ok(self.window.decide(best, situation, target));
+        }
+        let rollouts = self.window.roll(situation, &Aim::ON);
+        let terms = params.terms(rollouts, situation, target);
         let mut score = self.score.over(rollouts);
         score.add(params.heading_weight.get(), |i| terms.heading(i));
         score.add(params.distance_weight.get(), |i| terms.distance_m(i));
         score.add(params.velocity_weight.get(), |i| terms.velocity_mps(i));
         let best = score.best();
-        Ok(self.window.decide(best, situation, guidance.sub_goal))
+        Ok(self.window.decide(best, situation, target))
     }
 
     fn reset(&mut self) {

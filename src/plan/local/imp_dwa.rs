@@ -29,7 +29,8 @@
 
 use super::LocalKind;
 use super::window::params::window_params;
-use super::window::{DynamicWindow, Score};
+use super::window::objective::{Objective, Weights};
+use super::window::{Aim, DistanceMode, DynamicWindow, Normalise, Score};
 use crate::math;
 use crate::plan::contract::{Decision, Entry, Failure, Fit, Guidance, LocalPlanner, Situation, State};
 use crate::settings::quantity::NonNegative;
@@ -118,13 +119,19 @@ impl LocalKind for Params {
 pub struct Planner {
     params: Params,
     window: DynamicWindow,
+    objective: Objective,
     score: Score,
 }
 
 impl Planner {
     /// A fresh planner.
     pub fn new(params: &Params) -> Self {
-        Self { params: params.clone(), window: DynamicWindow::new(params.window()), score: Score::default() }
+        Self {
+            params: params.clone(),
+            window: DynamicWindow::new(params.window()),
+            objective: Objective::default(),
+            score: Score::default(),
+        }
     }
 }
 
@@ -134,7 +141,31 @@ impl LocalPlanner for Planner {
         let (velocity_weight, goal_weight) = params.velocity_and_goal_weight();
         let d2_m = d2_m(params.d2_mode, guidance);
         let target = guidance.sub_goal;
-        let rollouts = self.window.roll(situation);
+        if params.normalise == Normalise::Fixed {
+            let weights = Weights {
+                progress: 1.0,
+                path: 0.5,
+                heading: params.heading_weight.get(),
+                distance: params.distance_weight.get(),
+                velocity: velocity_weight,
+            };
+            let aim = self.objective.aim(situation, guidance, self.window.horizons_s(situation.robot));
+            let rollouts = self.window.roll(situation, &aim);
+            let now_m = (situation.pose.position - target).norm();
+            let nearest_m = math::max(now_m - situation.robot.speed_max_mps * rollouts.duration_s(), TARGET_DISTANCE_MIN_M);
+            let d_cap_m = params.d_cap_m.get();
+            let mut score = self.score.over(rollouts);
+            score.set(|i| {
+                let clearance_m = math::min(rollouts.clearance_m(i, DistanceMode::PathMin), d_cap_m);
+                let factor = openness(clearance_m, d2_m);
+                let end_m = (rollouts.pose_within(i, now_m).position - target).norm();
+                let pull = goal_weight * nearest_m / math::max(end_m, nearest_m);
+                self.objective.score(rollouts, i, &weights, d_cap_m, factor) + pull
+            });
+            let best = score.best();
+            return Ok(self.window.decide(best, situation, target));
+        }
+        let rollouts = self.window.roll(situation, &Aim::ON);
         let terms = params.terms(rollouts, situation, target);
         let mut score = self.score.over(rollouts);
         score.add(params.heading_weight.get(), |i| terms.heading(i));

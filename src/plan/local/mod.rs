@@ -40,6 +40,15 @@ impl LocalChoice {
     }
 }
 
+/// Highest speed, m/s, from which the robot can still stop within `left_m` if it drives it for this tick.
+///
+/// Driving v for a tick and a_dec·dt less in each that follows takes v²/2a + v·dt/2, where v is a whole number of such steps,
+/// and at most a·dt²/8 more (under a millimetre at 0.5 m/s²) where it is not.
+fn stopping_speed_mps(left_m: f64, robot: &Robot, dt_s: f64) -> f64 {
+    let (deceleration, half_tick) = (robot.deceleration_max_mps2, 0.5 * dt_s);
+    deceleration * ((half_tick * half_tick + 2.0 * left_m / deceleration).sqrt() - half_tick)
+}
+
 /// Yaw rate for turning in place by `bearing` rad, rad/s: as fast as the limits allow without overshooting within the tick.
 fn turn_in_place(bearing: f64, robot: &Robot, dt_s: f64) -> f64 {
     let stoppable = (2.0 * robot.yaw_acceleration_max_radps2 * bearing.abs()).sqrt();

@@ -19,7 +19,10 @@
 //! Source: D. Fox, W. Burgard, S. Thrun, "The dynamic window approach to collision avoidance",
 //! IEEE Robotics & Automation Magazine 4(1), 1997.
 
+mod escape;
 mod lanes;
+mod movers;
+pub(crate) mod objective;
 pub(crate) mod params;
 mod patch;
 mod recovery;
@@ -34,10 +37,10 @@ mod terms;
 mod tests;
 
 pub use recovery::Recovery;
-pub use rollouts::{Clearance, Rollouts};
+pub use rollouts::{Clearance, Meeting, Rollouts};
 pub use sampling::{SAMPLES_MAX, Spacing, Window};
 pub use score::{Score, Scoring};
-pub use settings::{BrakingDistance, BrakingTurn, DistanceMode, Prediction, Settings};
+pub use settings::{BrakingDistance, BrakingTurn, DistanceMode, Normalise, Prediction, Settings};
 pub use terms::HeadingAt;
 pub(crate) use terms::Terms;
 
@@ -45,9 +48,11 @@ use crate::geometry::convex::{Polygon, turned};
 use crate::geometry::{Pose, Twist, Vec2, direction};
 use crate::math;
 use crate::plan::contract::{Decision, Fit, Notes, Situation, State};
+use crate::robot::Robot;
 use lanes::{LANES, Lane, Lanes, Plain, Width};
 use patch::{Anchor, Patch};
-use rollout::{Block, Disc, Field, Part, Passing, Track};
+use movers::{Ahead, Course, Met};
+use rollout::{Block, Disc, FAR, Field, Part, Passing, Track};
 
 /// Samples, simulates and judges the twists within reach. Keeps its memory from tick to tick, and nothing else
 /// that an answer depends on.
@@ -68,6 +73,21 @@ pub struct DynamicWindow {
     parts: Vec<Part>,
     carried: Vec<[Lane; 2]>,
     turnings: Vec<Turning>,
+    ahead: Ahead,
+}
+
+/// What the planner is after in this cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aim {
+    /// The speed that the target asks for, m/s; sampled exactly.
+    pub speed_mps: Option<f64>,
+    /// Way left to the point at which the robot is to stand, m; infinite if it is to go on.
+    pub arrival_m: f64,
+}
+
+impl Aim {
+    /// To go on.
+    pub const ON: Self = Self { speed_mps: None, arrival_m: f64::INFINITY };
 }
 
 impl DynamicWindow {
@@ -87,6 +107,7 @@ impl DynamicWindow {
             parts: Vec::new(),
             carried: Vec::new(),
             turnings: Vec::new(),
+            ahead: Ahead::default(),
         }
     }
 
@@ -95,7 +116,11 @@ impl DynamicWindow {
     /// # Errors
     /// A message that says what is too large, with the numbers.
     pub fn check(settings: &Settings, fit: &Fit<'_>) -> Result<(), String> {
-        let (robot, horizon_s) = (fit.robot, settings.horizon_s);
+        let robot = fit.robot;
+        let horizon_s = match settings.normalise {
+            Normalise::Sum => settings.horizon_s(robot),
+            Normalise::Fixed => math::max(settings.horizon_s(robot), settings.movers_horizon_s(robot)),
+        };
         let speed = math::max(robot.speed_max_mps, robot.reverse_speed_max_mps);
         let steps = math::max((horizon_s / fit.dt_s).round(), 1.0);
         let reach_m = speed * steps * fit.dt_s + robot.footprint.as_ref().map_or(0.0, Polygon::circumradius_m);
@@ -109,16 +134,23 @@ impl DynamicWindow {
         ))
     }
 
+    /// Time predicted against statics and against movers, s.
+    pub fn horizons_s(&self, robot: &Robot) -> (f64, f64) {
+        (self.settings.horizon_s(robot), self.settings.movers_horizon_s(robot))
+    }
+
     /// Forgets the map: to be called before each episode.
     pub fn reset(&mut self) {
         self.patch.reset();
     }
 
     /// The rollouts of this tick.
-    pub fn roll(&mut self, situation: &Situation<'_>) -> &Rollouts {
+    pub fn roll(&mut self, situation: &Situation<'_>, aim: &Aim) -> &Rollouts {
         let robot = situation.robot;
         let window = Window::reachable(robot, situation.twist, situation.dt_s);
-        self.settings.speed.sample(window.v_low, window.v_high, &[situation.twist.v], &mut self.speeds);
+        let now = situation.twist.v;
+        let always = [now, aim.speed_mps.unwrap_or(now)];
+        self.settings.speed.sample(window.v_low, window.v_high, &always, &mut self.speeds);
         self.settings.yaw_rate.sample(
             window.omega_low,
             window.omega_high,
@@ -133,9 +165,9 @@ impl DynamicWindow {
         }
         self.profile.clear();
         self.profile.resize(self.horizon_steps(situation), 1.0);
-        self.simulate(situation);
+        self.simulate(situation, aim.arrival_m);
         for i in 0..self.rollouts.len() {
-            if !self.rollouts.touches(i) && self.brakes_in_time(i, situation) {
+            if !self.rollouts.touches(i) && self.brakes_in_time(i, situation) && self.meets_no_mover(i) {
                 self.rollouts.admissible.push(i as u32);
             }
         }
@@ -172,7 +204,8 @@ impl DynamicWindow {
         if let Some(best) = best {
             return Decision { rollouts, rollout_points, ..Decision::track(self.rollouts.twist(best)) };
         }
-        let recovery = self.recover(situation, target);
+        let escape = if self.looks_ahead() { self.escape(situation, target) } else { None };
+        let recovery = escape.unwrap_or_else(|| self.recover(situation, target));
         Decision {
             command: recovery.command,
             state: State::RECOVER,
@@ -191,11 +224,28 @@ impl DynamicWindow {
 
     /// Control periods in the horizon: at least one.
     fn horizon_steps(&self, situation: &Situation<'_>) -> usize {
-        ((self.settings.horizon_s / situation.dt_s).round() as usize).max(1)
+        ((self.settings.horizon_s(situation.robot) / situation.dt_s).round() as usize).max(1)
+    }
+
+    /// Control periods in the horizon for movers: not fewer than in the horizon for statics.
+    fn steps_ahead(&self, situation: &Situation<'_>) -> usize {
+        let steps = (self.settings.movers_horizon_s(situation.robot) / situation.dt_s).round() as usize;
+        steps.max(self.horizon_steps(situation))
+    }
+
+    /// Whether rollout `i` leaves the robot a way past the movers, or a way to stop before them.
+    fn meets_no_mover(&self, i: usize) -> bool {
+        let Some(meeting) = self.rollouts.meetings.get(i) else { return true };
+        meeting.going_on_s.is_infinite() || meeting.can_stop
+    }
+
+    /// Whether admissible rollouts must leave the robot a way to stop before movers.
+    fn looks_ahead(&self) -> bool {
+        self.settings.normalise == Normalise::Fixed
     }
 
     /// Drives every twist of the rollouts along the speed profile and records its end, clearances and first contact.
-    fn simulate(&mut self, situation: &Situation<'_>) {
+    fn simulate(&mut self, situation: &Situation<'_>, arrival_m: f64) {
         let (robot, dt_s) = (situation.robot, situation.dt_s);
         let steps = self.profile.len();
         self.rollouts.origin = situation.pose;
@@ -205,6 +255,7 @@ impl DynamicWindow {
         self.rollouts.free_s.clear();
         self.rollouts.statics.clear();
         self.rollouts.movers.clear();
+        self.rollouts.meetings.clear();
 
         let mut speed = math::max(robot.speed_max_mps, robot.reverse_speed_max_mps);
         for twist in &self.rollouts.twists {
@@ -212,25 +263,29 @@ impl DynamicWindow {
         }
         // Of a point of the footprint from the robot's centre now.
         let arm_m = robot.footprint.as_ref().map_or(0.0, Polygon::circumradius_m);
-        let reach_m = speed * self.horizon_steps(situation) as f64 * dt_s + arm_m;
+        let looks_ahead = self.looks_ahead();
+        let meets = looks_ahead && !situation.obstacles.is_empty();
+        let steps_ahead = if meets { self.steps_ahead(situation) } else { steps };
+        let reach_m = speed * steps_ahead as f64 * dt_s + arm_m;
         let cap_m = self.clearance_cap_m(situation);
         let pitch_m = patch::pitch_m(situation.belief.grid());
-        // What the lower bounds take off (½ in the patch, s²/4 in the kernel) goes on top, with a little for
-        // rounding, so that a rollout far from everything has exactly the cap as its clearance.
-        let (need, step) =
-            ((cap_m + robot.radius_m) / pitch_m, (speed + robot.yaw_rate_max_radps * arm_m) * dt_s / pitch_m);
-        let cap = (1.0001 * (need * need + 0.5 + 0.25 * step * step)) as f32;
+        let cap = self.patch_cap(situation, speed);
         let at = self.patch.cover(situation.belief, situation.pose.position, reach_m, cap);
 
-        self.fill_blocks(situation, pitch_m);
-        self.fill_discs(situation, pitch_m, reach_m, cap_m);
+        self.fill_blocks(situation, pitch_m, arrival_m);
+        self.fill_discs(situation, pitch_m, reach_m, cap_m, steps_ahead);
         self.fill_parts(situation, pitch_m, &at);
+        let meets = meets && !self.discs.is_empty();
+        if meets {
+            self.ahead.resize(steps_ahead);
+        }
         self.track.resize(steps, [[0.0; LANES]; 2]);
         self.carried.resize(steps, [[0.0; LANES]; 2]);
 
-        let radius = (robot.inscribed_radius_m() / pitch_m) as f32;
+        let (radius, room) = ((robot.inscribed_radius_m() / pitch_m) as f32, (self.settings.room_m / pitch_m) as f32);
+        let near = radius + room;
         let field = Field {
-            touch: touching(&self.patch, &at, [0.0; 2], radius * radius),
+            touch: touching(&self.patch, &at, [0.0; 2], near * near),
             // The nodes around a pose are up to √2 away from it.
             free: (free_m(situation) / pitch_m - f64::from(cap).sqrt() - math::SQRT_2 - ROUNDING) as f32,
             patch: &self.patch,
@@ -243,13 +298,27 @@ impl DynamicWindow {
             let track = &self.track[..fate.driven];
             let (mut statics, mut movers) = (Gaps::new(fate.free_steps), Gaps::new(fate.free_steps));
             statics.take(&fate.least, &fate.last, radius);
-            movers.pass(self.width, &self.discs, 0.0, &block.step, track, cap);
+            if !looks_ahead {
+                movers.pass(self.width, &self.discs, 0.0, &block.step, track, cap);
+            }
             for part in &self.parts {
                 let carried = &mut self.carried[..fate.driven];
                 rollout::carry(self.width, block, part, track, carried);
                 let step = part.step(block);
-                statics.take_passing(&rollout::look(self.width, &step, part, &field, carried), part.radius);
-                movers.pass(self.width, &self.discs, part.radius - radius, &step, carried, cap);
+                let looked = rollout::look(self.width, &step, &block.arrival, part, &field, carried);
+                statics.take_passing(&looked, part.radius);
+                if !looks_ahead {
+                    movers.pass(self.width, &self.discs, part.radius - radius, &step, carried, cap);
+                }
+            }
+            let met = if meets {
+                let course = Course { width: self.width, block, field: &field, parts: &self.parts, radius, cap };
+                self.ahead.meet(&course, &self.discs, steps)
+            } else {
+                Met::NONE
+            };
+            if looks_ahead {
+                (movers.least, movers.last) = (met.gap, met.gap);
             }
             for lane in 0..LANES.min(count - number * LANES) {
                 let free = smaller(statics.free_steps[lane], movers.free_steps[lane]) as usize;
@@ -265,8 +334,25 @@ impl DynamicWindow {
                 };
                 self.rollouts.statics.push(clearance(&statics));
                 self.rollouts.movers.push(clearance(&movers));
+                if looks_ahead {
+                    let going_on = met.going_on[lane];
+                    let going_on_s = if going_on < FAR { f64::from(going_on) * dt_s } else { f64::INFINITY };
+                    self.rollouts.meetings.push(Meeting { going_on_s, can_stop: met.can_stop[lane] });
+                }
             }
         }
+    }
+
+    /// Squared distance up to which the patch is exact, in units of pitch².
+    ///
+    /// What the lower bounds take off (½ in the patch, s²/4 in the kernel) goes on top of the cap, with a little for rounding, so
+    /// that a rollout far from everything has exactly the cap as its clearance.
+    fn patch_cap(&self, situation: &Situation<'_>, speed_mps: f64) -> f32 {
+        let (robot, pitch_m) = (situation.robot, patch::pitch_m(situation.belief.grid()));
+        let arm_m = robot.footprint.as_ref().map_or(0.0, Polygon::circumradius_m);
+        let need = (self.clearance_cap_m(situation) + robot.radius_m) / pitch_m;
+        let step = (speed_mps + robot.yaw_rate_max_radps * arm_m) * situation.dt_s / pitch_m;
+        (1.0001 * (need * need + 0.5 + 0.25 * step * step)) as f32
     }
 
     /// Distance up to which clearances matter: for scoring, and for V_a where it goes by clearance.
@@ -291,10 +377,22 @@ impl DynamicWindow {
     }
 
     /// Lays the twists out for the kernel, [`LANES`] to a block.
-    fn fill_blocks(&mut self, situation: &Situation<'_>, pitch_m: f64) {
-        let dt_s = situation.dt_s;
+    fn fill_blocks(&mut self, situation: &Situation<'_>, pitch_m: f64, arrival_m: f64) {
+        let (dt_s, robot) = (situation.dt_s, situation.robot);
         let zero = [0.0; LANES];
-        let idle = Block { step: zero, heading: [zero; 2], turn: [zero; 2], lead: [zero; 2], used: zero };
+        let facing = direction(situation.pose.theta);
+        let idle = Block {
+            step: zero,
+            heading: [zero; 2],
+            turn: [zero; 2],
+            lead: [zero; 2],
+            used: zero,
+            arrival: [FAR; LANES],
+            angle: zero,
+            facing: [facing.x as f32, facing.y as f32],
+            stopping: zero,
+            loss: zero,
+        };
         self.blocks.clear();
         self.blocks.resize(self.rollouts.twists.len().div_ceil(LANES), idle);
         self.turnings.clear();
@@ -316,6 +414,17 @@ impl DynamicWindow {
             block.turn[1][lane] = turning.turn.y as f32;
             block.lead[0][lane] = turning.lead.x as f32;
             block.lead[1][lane] = turning.lead.y as f32;
+            block.angle[lane] = (omega * dt_s) as f32;
+            let braking_mps2 = if v < 0.0 { robot.acceleration_max_mps2 } else { robot.deceleration_max_mps2 };
+            let (speed, lost) = (v.abs(), braking_mps2 * dt_s);
+            block.stopping[lane] = (0.5 * speed / lost) as f32;
+            // All of it in one step where that takes less than a step.
+            block.loss[lane] = if speed > lost { (lost / speed) as f32 } else { 1.0 };
+            if v > 0.0 && arrival_m.is_finite() {
+                // What a robot that cannot stop in time would touch beyond its target counts.
+                let way_m = math::max(arrival_m, v * v / (2.0 * braking_mps2));
+                block.arrival[lane] = (way_m / (v * dt_s)).ceil() as f32;
+            }
         }
     }
 
@@ -327,15 +436,16 @@ impl DynamicWindow {
         for disc in footprint.cover() {
             let lattice = |v: Vec2| [(v.x / pitch_m) as f32, (v.y / pitch_m) as f32];
             let radius = (disc.radius_m / pitch_m) as f32;
-            let touch = touching(&self.patch, at, lattice(turned(disc.centre, axis)), radius * radius);
+            let near = radius + (self.settings.room_m / pitch_m) as f32;
+            let touch = touching(&self.patch, at, lattice(turned(disc.centre, axis)), near * near);
             self.parts.push(Part { centre: lattice(disc.centre), radius, touch });
         }
     }
 
     /// Lays out the movers that some rollout could approach to within the cap.
-    fn fill_discs(&mut self, situation: &Situation<'_>, pitch_m: f64, reach_m: f64, cap_m: f64) {
+    fn fill_discs(&mut self, situation: &Situation<'_>, pitch_m: f64, reach_m: f64, cap_m: f64, steps: usize) {
         let (dt_s, robot) = (situation.dt_s, situation.robot);
-        let horizon_s = self.profile.len() as f64 * dt_s;
+        let horizon_s = steps as f64 * dt_s;
         self.discs.clear();
         for obstacle in situation.obstacles {
             let velocity = if self.settings.predict_dynamic { obstacle.velocity } else { Vec2::zeros() };
@@ -343,6 +453,7 @@ impl DynamicWindow {
             let lattice = |v: Vec2| [(v.x / pitch_m) as f32, (v.y / pitch_m) as f32];
             for (centre, radius_m) in obstacle.outline.cover() {
                 let (offset, touch_m) = (offset + centre, robot.inscribed_radius_m() + radius_m);
+                let touch_m = if self.looks_ahead() { with_room(touch_m, offset.norm()) } else { touch_m };
                 let away_m = reach_m + velocity.norm() * horizon_s + robot.radius_m + radius_m + cap_m;
                 if offset.norm() <= away_m {
                     self.discs.push(Disc {
@@ -397,6 +508,15 @@ impl Gaps {
             self.take_passing(&rollout::pass(width, step, track, &disc), disc.touch);
         }
     }
+}
+
+/// Distance that an admissible rollout keeps from movers, m: their prediction is no better.
+const MOVERS_ROOM_M: f64 = 0.05;
+
+/// Distance between centres at which a mover counts as touched, m: with room, or as much of it as there is now.
+fn with_room(touch_m: f64, now_m: f64) -> f64 {
+    const SLACK_M: f64 = 0.01;
+    math::max(touch_m, math::min(touch_m + MOVERS_ROOM_M, now_m - SLACK_M))
 }
 
 fn smaller(a: f32, b: f32) -> f32 {

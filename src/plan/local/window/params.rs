@@ -10,8 +10,16 @@ macro_rules! window_params {
         #[serde(deny_unknown_fields, default)]
         pub struct Params {
             $($(#[$doc])* pub $field: $type,)*
-            /// Time predicted, s, rounded to whole control periods. Longer sees farther and admits less. Default 3.
-            pub horizon_s: $crate::settings::quantity::Positive,
+            /// The scales of the objective. Default `fixed`.
+            pub normalise: $crate::plan::local::window::Normalise,
+            /// Time predicted against statics, s, rounded to whole control periods. Longer sees farther and admits less.
+            /// Default: what stopping from top speed takes within the arc that was looked at, v / 2a, and 0.5 s; at least 1.5 s.
+            pub horizon_s: Option<$crate::settings::quantity::Positive>,
+            /// Time predicted against movers with `normalise: fixed`, s; with `sum` it is `horizon_s`. Default: what stopping
+            /// from top speed takes, v / a, and 1 s; at least 3 s.
+            pub movers_horizon_s: Option<$crate::settings::quantity::Positive>,
+            /// Distance that an admissible rollout keeps from statics, m, or as much of it as there is. Default 0.02.
+            pub room_m: $crate::settings::quantity::NonNegative,
             /// Step between sampled speeds, m/s; without it `speed_samples` counts. The papers' scenarios use 0.01 to 0.02.
             pub speed_step_mps: Option<$crate::settings::quantity::Positive>,
             /// Step between sampled yaw rates, rad/s; without it `yaw_rate_samples` counts.
@@ -21,13 +29,13 @@ macro_rules! window_params {
             pub speed_samples: $crate::settings::quantity::Samples,
             /// Sampled yaw rates, evenly over the window. Default 21 (every 0.02 rad/s at 2 rad/s²).
             pub yaw_rate_samples: $crate::settings::quantity::Samples,
-            /// How a rollout moves. Default `euler`.
+            /// How a rollout moves. Default `arc`.
             pub prediction: $crate::plan::local::window::Prediction,
-            /// Where the clearance of a rollout is taken. Default `path_min`.
+            /// Where the clearance of a rollout is taken with `normalise: sum`; with `fixed` over the whole. Default `path_min`.
             pub dist_mode: $crate::plan::local::window::DistanceMode,
-            /// Clearance above which a rollout is no better, m. Default 0.5.
+            /// Clearance above which a rollout is no better, m. Default 0.3.
             pub d_cap_m: $crate::settings::quantity::Positive,
-            /// Where the heading of a rollout is judged. Default `horizon`.
+            /// Where the heading of a rollout is judged with `normalise: sum`; with `fixed` on arrival. Default `arrival`.
             pub heading_at: $crate::plan::local::window::HeadingAt,
             /// The distance in which the robot must be able to stop. Default `arc`.
             pub va_distance: $crate::plan::local::window::BrakingDistance,
@@ -43,18 +51,21 @@ macro_rules! window_params {
         impl Default for Params {
             fn default() -> Self {
                 use $crate::plan::local::window;
-                use $crate::settings::quantity::{Positive, Samples};
+                use $crate::settings::quantity::{NonNegative, Positive, Samples};
                 Self {
                     $($field: $default,)*
-                    horizon_s: Positive::new(3.0),
+                    normalise: window::Normalise::Fixed,
+                    horizon_s: None,
+                    movers_horizon_s: None,
+                    room_m: NonNegative::new(0.02),
                     speed_step_mps: None,
                     yaw_rate_step_radps: None,
                     speed_samples: Samples::new(11),
                     yaw_rate_samples: Samples::new(21),
-                    prediction: window::Prediction::Euler,
+                    prediction: window::Prediction::Arc,
                     dist_mode: window::DistanceMode::PathMin,
-                    d_cap_m: Positive::new(0.5),
-                    heading_at: window::HeadingAt::Horizon,
+                    d_cap_m: Positive::new(0.3),
+                    heading_at: window::HeadingAt::Arrival,
                     va_distance: window::BrakingDistance::Arc,
                     va_angular: window::BrakingTurn::Printed,
                     va_uses_clip: false,
@@ -72,7 +83,10 @@ macro_rules! window_params {
                     step.map_or(Spacing::Count(samples.get()), |step| Spacing::Step(step.get()))
                 };
                 Settings {
-                    horizon_s: self.horizon_s.get(),
+                    normalise: self.normalise,
+                    horizon_s: self.horizon_s.map(Positive::get),
+                    movers_horizon_s: self.movers_horizon_s.map(Positive::get),
+                    room_m: self.room_m.get(),
                     prediction: self.prediction,
                     speed: spacing(self.speed_step_mps, self.speed_samples),
                     yaw_rate: spacing(self.yaw_rate_step_radps, self.yaw_rate_samples),

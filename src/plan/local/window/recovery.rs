@@ -50,7 +50,7 @@ impl DynamicWindow {
         self.settings.yaw_rate.sample(window.omega_low, window.omega_high, &[wanted_now], &mut self.yaw_rates);
         self.rollouts.twists.clear();
         self.rollouts.twists.extend(self.yaw_rates.iter().map(|&omega| Twist { v: twist.v, omega }));
-        self.simulate(situation);
+        self.simulate(situation, f64::INFINITY);
         let detour = |i: usize| (self.yaw_rates[i] - wanted_now).abs();
         let room = |i: usize| math::min(self.rollouts.clearance_m(i, DistanceMode::PathMin), RECOVERY_ROOM_M);
         let best = (0..self.rollouts.len()).min_by(|&a, &b| {

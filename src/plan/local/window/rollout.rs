@@ -31,6 +31,16 @@ pub(super) struct Block {
     pub(super) lead: [Lane; 2],
     /// 1 for a candidate, 0 for a lane without one.
     pub(super) used: Lane,
+    /// Steps until the candidate is to stand at its target; what it would touch later does not count.
+    pub(super) arrival: Lane,
+    /// Turn per step, rad.
+    pub(super) angle: Lane,
+    /// Direction in which the robot faces now.
+    pub(super) facing: [f32; 2],
+    /// Way that braking to rest takes, in steps at full speed.
+    pub(super) stopping: Lane,
+    /// Share of the full speed that braking takes off in a step.
+    pub(super) loss: Lane,
 }
 
 /// A disc of a footprint that is no disc: fixed to the robot beside its centre. Lengths in units of the pitch.
@@ -45,6 +55,12 @@ pub(super) struct Part {
 }
 
 impl Part {
+    /// Distance of its farthest point from the robot's centre.
+    pub(super) fn reach(&self) -> f32 {
+        let [x, y] = self.centre;
+        (x * x + y * y).sqrt() + self.radius
+    }
+
     /// Upper bound of its displacement per step: with the robot, and as the robot turns.
     pub(super) fn step(&self, block: &Block) -> Lane {
         let [x, y] = self.centre;
@@ -111,10 +127,12 @@ fn drive_lanes<L: Lanes>(block: &Block, speed: &[f32], field: &Field<'_>, track:
     let (mut least, mut last) = (L::splat(f32::MAX), L::splat(f32::MAX));
     let mut free_steps = L::splat(unseen as f32) * used;
     let mut driven = unseen;
+    let arrival = L::load(&block.arrival);
     for (position, &speed) in track.iter_mut().zip(speed) {
         *position = motion.advance(speed);
         driven += 1;
-        last = field.patch.squared_distances(&field.at, motion.x, motion.y);
+        let arrived = L::splat(driven as f32).where_above(arrival, L::splat(FAR));
+        last = field.patch.squared_distances(&field.at, motion.x, motion.y) + arrived;
         least = last.min(least);
         let free = least.where_above(limit, used);
         free_steps = free_steps + free;
@@ -128,6 +146,73 @@ fn drive_lanes<L: Lanes>(block: &Block, speed: &[f32], field: &Field<'_>, track:
         last: (last - between).store(),
         free_steps: free_steps.store(),
         driven,
+    }
+}
+
+/// A squared distance that counts as none at all.
+pub(super) const FAR: f32 = 1e30;
+
+/// Where the candidates of a block begin to brake.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Braking {
+    /// Steps driven before; [`FAR`] and more for never.
+    pub(super) start: Lane,
+    /// Share of the full speed lost in each step.
+    pub(super) loss: Lane,
+}
+
+impl Braking {
+    /// Goes on at full speed.
+    pub(super) const NEVER: Self = Self { start: [FAR; LANES], loss: [0.0; LANES] };
+}
+
+on_lanes! {
+    /// Positions of a block that brakes to rest along its arcs, and its headings.
+    pub(super) fn glide(block: &Block, braking: &Braking, track: &mut Track, headings: &mut Track) -> () = glide_lanes;
+}
+
+#[inline(always)]
+fn glide_lanes<L: Lanes>(block: &Block, braking: &Braking, track: &mut Track, headings: &mut Track) {
+    let (zero, one) = (L::splat(0.0), L::splat(1.0));
+    let (step, angle) = (L::load(&block.step), L::splat(0.5) * L::load(&block.angle));
+    let (start, loss) = (L::load(&braking.start), L::load(&braking.loss));
+    let [mut cos, mut sin] = block.facing.map(L::splat);
+    let (mut x, mut y) = (zero, zero);
+    let mut middle = L::splat(0.5);
+    for (position, heading) in track.iter_mut().zip(headings) {
+        // The mean over the step of the share of the full speed.
+        let lost = zero - (start - middle).min(zero);
+        let share = one - (loss * lost).min(one);
+        middle = middle + one;
+        // Half of the turn, the step, the other half. Sine and cosine by their series: the angles are small.
+        let a = angle * share;
+        let square = a * a;
+        let c = one - square * (L::splat(1.0 / 2.0) - square * L::splat(1.0 / 24.0));
+        let s = a * (one - square * (L::splat(1.0 / 6.0) - square * L::splat(1.0 / 120.0)));
+        let half = |cos: L, sin: L| (cos * c - sin * s, sin * c + cos * s);
+        (cos, sin) = half(cos, sin);
+        x = x + step * share * cos;
+        y = y + step * share * sin;
+        (cos, sin) = half(cos, sin);
+        *position = [x.store(), y.store()];
+        *heading = [cos.store(), sin.store()];
+    }
+}
+
+on_lanes! {
+    /// Positions of the centre of `part` when the robot is at the positions of `track` with `headings`.
+    pub(super) fn carry_turned(headings: &Track, part: &Part, track: &Track, carried: &mut Track) -> () = carry_turned_lanes;
+}
+
+#[inline(always)]
+fn carry_turned_lanes<L: Lanes>(headings: &Track, part: &Part, track: &Track, carried: &mut Track) {
+    let [arm_x, arm_y] = part.centre.map(L::splat);
+    for (([x, y], [cos, sin]), carried) in track.iter().zip(headings).zip(carried) {
+        let (cos, sin) = (L::load(cos), L::load(sin));
+        *carried = [
+            (L::load(x) + (cos * arm_x - sin * arm_y)).store(),
+            (L::load(y) + (sin * arm_x + cos * arm_y)).store(),
+        ];
     }
 }
 
@@ -153,19 +238,22 @@ fn carry_lanes<L: Lanes>(block: &Block, part: &Part, track: &Track, carried: &mu
 }
 
 on_lanes! {
-    /// Distances of the positions of `track`, which are at most `step` apart, to the statics. Contact is judged for `part`.
-    pub(super) fn look(step: &Lane, part: &Part, field: &Field<'_>, track: &Track) -> Passing = look_lanes;
+    /// Distances of the positions of `track`, which are at most `step` apart, to the statics, up to `arrival`. Contact is judged for
+    /// `part`.
+    pub(super) fn look(step: &Lane, arrival: &Lane, part: &Part, field: &Field<'_>, track: &Track) -> Passing = look_lanes;
 }
 
 #[inline(always)]
-fn look_lanes<L: Lanes>(step: &Lane, part: &Part, field: &Field<'_>, track: &Track) -> Passing {
+fn look_lanes<L: Lanes>(step: &Lane, arrival: &Lane, part: &Part, field: &Field<'_>, track: &Track) -> Passing {
     let between = L::load(&quarters(step, 0.0));
+    let arrival = L::load(arrival);
     let limit = L::splat(part.touch) + between;
     let one = L::splat(1.0);
     let (mut least, mut last) = (L::splat(f32::MAX), L::splat(f32::MAX));
     let mut free_steps = L::splat(0.0);
-    for [x, y] in track {
-        last = field.patch.squared_distances(&field.at, L::load(x), L::load(y));
+    for (number, [x, y]) in track.iter().enumerate() {
+        let arrived = L::splat((number + 1) as f32).where_above(arrival, L::splat(FAR));
+        last = field.patch.squared_distances(&field.at, L::load(x), L::load(y)) + arrived;
         least = last.min(least);
         free_steps = free_steps + least.where_above(limit, one);
     }

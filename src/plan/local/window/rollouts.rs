@@ -28,6 +28,21 @@ impl Clearance {
     }
 }
 
+/// How a rollout meets the movers, each at constant velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Meeting {
+    /// Time until the first contact if the robot goes on with the twist, and brakes only for a static or its target, s; infinite
+    /// if there is none within the horizon for movers.
+    pub going_on_s: f64,
+    /// Whether the robot touches no mover within that horizon if it brakes after the first control period and stands.
+    pub can_stop: bool,
+}
+
+impl Meeting {
+    /// No mover is met.
+    pub const NONE: Self = Self { going_on_s: f64::INFINITY, can_stop: true };
+}
+
 /// The rollouts of one cycle, by index: speed varies slowest, yaw rate fastest, both ascending.
 #[derive(Clone, Debug)]
 pub struct Rollouts {
@@ -40,6 +55,8 @@ pub struct Rollouts {
     pub(super) free_s: Vec<f64>,
     pub(super) statics: Vec<Clearance>,
     pub(super) movers: Vec<Clearance>,
+    /// With fixed scales: how the movers are met.
+    pub(super) meetings: Vec<Meeting>,
     pub(super) admissible: Vec<u32>,
 }
 
@@ -53,6 +70,7 @@ impl Rollouts {
             free_s: Vec::new(),
             statics: Vec::new(),
             movers: Vec::new(),
+            meetings: Vec::new(),
             admissible: Vec::new(),
         }
     }
@@ -83,6 +101,17 @@ impl Rollouts {
         Pose::new(end.x, end.y, self.origin.theta + self.twists[i].omega * self.duration_s)
     }
 
+    /// Pose where rollout `i` has driven `arc_m`, or at its end if that comes sooner.
+    pub fn pose_within(&self, i: usize, arc_m: f64) -> Pose {
+        let twist = self.twists[i];
+        if twist.v * self.duration_s <= arc_m { self.end(i) } else { self.origin.advance(twist, arc_m / twist.v) }
+    }
+
+    /// How rollout `i` meets the movers; only with fixed scales.
+    pub fn meeting(&self, i: usize) -> Meeting {
+        self.meetings[i]
+    }
+
     /// Clearance of rollout `i` from the believed statics and the edge of the map.
     pub fn static_clearance(&self, i: usize) -> Clearance {
         self.statics[i]
@@ -101,6 +130,11 @@ impl Rollouts {
     /// Whether rollout `i` touches an obstacle within the horizon.
     pub fn touches(&self, i: usize) -> bool {
         self.free_s[i] < self.duration_s
+    }
+
+    /// Time driven by every rollout, s.
+    pub fn duration_s(&self) -> f64 {
+        self.duration_s
     }
 
     /// Arc length that rollout `i` drives before its first contact, m; that of the whole rollout if it touches nothing.

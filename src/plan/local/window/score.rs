@@ -40,6 +40,17 @@ impl Scoring<'_> {
         self.add_weighted(|_| weight, term);
     }
 
+    /// Sets the scores as they are.
+    ///
+    /// # Panics
+    /// If a score of an admissible rollout is not finite.
+    pub fn set(&mut self, score: impl Fn(usize) -> f64) {
+        for i in self.rollouts.admissible() {
+            self.total[i] = score(i);
+            assert!(self.total[i].is_finite(), "a score is {}", self.total[i]);
+        }
+    }
+
     /// Adds `weight(i)` · norm(`term`)(i), for a weight that differs from rollout to rollout (G-A14).
     ///
     /// # Panics

@@ -1,17 +1,30 @@
 //! Settings of a dynamic window.
 
 use super::sampling::Spacing;
+use crate::math;
+use crate::robot::Robot;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// The scales on which the terms of the objective are added.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Normalise {
+    /// Scales that do not depend on the other candidates; progress along the path is the main term.
+    #[default]
+    Fixed,
+    /// Each term over its sum over the admissible candidates of the cycle, as the papers print it.
+    Sum,
+}
 
 /// How a rollout moves during one control period.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Prediction {
     /// A straight step along the heading, then the turn, as the papers print it (gao eq. 19, qin eq. 11).
-    #[default]
     Euler,
     /// The exact arc of a unicycle.
+    #[default]
     Arc,
 }
 
@@ -54,8 +67,15 @@ pub enum BrakingTurn {
 /// Settings of a dynamic window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Time predicted, s; rounded to whole control periods, at least one.
-    pub horizon_s: f64,
+    /// The scales of the objective, and with them how movers are met: with [`Normalise::Sum`] a rollout that touches one within
+    /// the horizon is not admissible, with [`Normalise::Fixed`] one that could not brake before it either.
+    pub normalise: Normalise,
+    /// Time predicted, s; rounded to whole control periods, at least one. `None`: [`Settings::horizon_s`].
+    pub horizon_s: Option<f64>,
+    /// Time over which movers are predicted with [`Normalise::Fixed`], s. `None`: [`Settings::movers_horizon_s`].
+    pub movers_horizon_s: Option<f64>,
+    /// Least distance that an admissible rollout keeps from statics, m.
+    pub room_m: f64,
     /// How a rollout moves.
     pub prediction: Prediction,
     /// Samples of the speed.
@@ -72,4 +92,25 @@ pub struct Settings {
     pub braking_clip_m: Option<f64>,
     /// How the yaw rate is bounded.
     pub braking_turn: BrakingTurn,
+}
+
+/// Shortest horizon where none is given, s.
+const HORIZON_MIN_S: f64 = 1.5;
+/// Shortest horizon for movers where none is given, s.
+const MOVERS_HORIZON_MIN_S: f64 = 3.0;
+
+impl Settings {
+    /// Time predicted against statics, s: the given one, or what the robot needs to stop from top speed within the arc that it
+    /// has looked at (v ≤ 2 a T), v / 2a, and 0.5 s; at least 1.5 s. A longer horizon shuns what lies where the robot will have
+    /// turned long before.
+    pub fn horizon_s(&self, robot: &Robot) -> f64 {
+        let stopping_s = robot.speed_max_mps / (2.0 * robot.deceleration_max_mps2);
+        self.horizon_s.unwrap_or_else(|| math::max(stopping_s + 0.5, HORIZON_MIN_S))
+    }
+
+    /// Time predicted against movers, s: the given one, or what the robot needs to stop and one second; at least 3 s.
+    pub fn movers_horizon_s(&self, robot: &Robot) -> f64 {
+        let stopping_s = robot.speed_max_mps / robot.deceleration_max_mps2;
+        self.movers_horizon_s.unwrap_or_else(|| math::max(stopping_s + 1.0, MOVERS_HORIZON_MIN_S))
+    }
 }

@@ -11,8 +11,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum HeadingAt {
-    /// At its end, as the five papers print it.
+    /// At its end, or where it arrives at the target if that is sooner: a rollout that overshoots its target is not to
+    /// blame for what lies behind it.
     #[default]
+    Arrival,
+    /// At its end, as the five papers print it.
     Horizon,
     /// Where the robot would stand if it braked after the next tick (Fox et al. 1997).
     Stop,
@@ -49,6 +52,7 @@ impl Terms<'_> {
     fn judged_pose(&self, i: usize) -> Pose {
         match self.heading_at {
             HeadingAt::Horizon => self.rollouts.end(i),
+            HeadingAt::Arrival => self.rollouts.pose_within(i, (self.target - self.situation.pose.position).norm()),
             HeadingAt::Stop => {
                 // One tick, then an arc as long as the braking distance that turns as far as the braking of the yaw rate.
                 let (twist, robot) = (self.rollouts.twist(i), self.situation.robot);

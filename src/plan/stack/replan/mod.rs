@@ -24,7 +24,7 @@ registry! {
 
 impl Default for Replan {
     fn default() -> Self {
-        Self::never(never::Params {})
+        Self::when_blocked(when_blocked::Params::default())
     }
 }
 

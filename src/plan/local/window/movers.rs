@@ -1,0 +1,144 @@
+//! How the rollouts meet the movers, with fixed scales.
+//!
+//! A robot that only tests whether it would touch a mover with the twist of this moment either looks too short a time ahead or
+//! shuns whatever the twist would touch long after it has been given up. Two ways to go on are tested over the horizon for
+//! movers:
+//!
+//! - *Going on*: the twist, then braking along its arc so that the robot comes to rest before the first static or at its
+//!   target, then standing. A rollout that bends into a rack ends beside the rack and not out of the movers' reach.
+//! - *Stopping*: the twist for one control period, then braking along its arc, then standing (passive safety: Bouraine,
+//!   Fraichard, Salhi, "Provably safe navigation for mobile robots with limited field-of-views in dynamic environments",
+//!   Autonomous Robots 32, 2012).
+//!
+//! A rollout is admissible if one of both touches no mover, each at constant velocity.
+
+use super::lanes::{LANES, Lane, Width};
+use super::rollout::{self, Block, Braking, Disc, FAR, Field, Part};
+use super::{Gaps, smaller};
+
+/// A block of candidates among statics.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Course<'a> {
+    pub(super) width: Width,
+    pub(super) block: &'a Block,
+    pub(super) field: &'a Field<'a>,
+    pub(super) parts: &'a [Part],
+    /// Radius of the robot's inscribed disc, in units of the pitch.
+    pub(super) radius: f32,
+    /// Clearance up to which movers count, in units of the pitch.
+    pub(super) cap: f32,
+}
+
+/// How the candidates of a block meet the movers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Met {
+    /// Steps before the first contact when going on; [`FAR`] if there is none.
+    pub(super) going_on: Lane,
+    /// Least gap when going on, in units of the pitch.
+    pub(super) gap: Lane,
+    /// Whether stopping touches nothing.
+    pub(super) can_stop: [bool; LANES],
+}
+
+impl Met {
+    /// No mover is near.
+    pub(super) const NONE: Self = Self { going_on: [FAR; LANES], gap: [FAR; LANES], can_stop: [true; LANES] };
+}
+
+/// Drives blocks on beyond the horizon for statics; keeps its memory.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Ahead {
+    pub(super) track: Vec<[Lane; 2]>,
+    pub(super) headings: Vec<[Lane; 2]>,
+    pub(super) carried: Vec<[Lane; 2]>,
+}
+
+impl Ahead {
+    /// Makes room for a number of steps.
+    pub(super) fn resize(&mut self, steps: usize) {
+        for track in [&mut self.track, &mut self.headings, &mut self.carried] {
+            track.resize(steps, [[0.0; LANES]; 2]);
+        }
+    }
+
+    /// How the candidates of a block that touch no static in the first `looked_at` steps meet the movers.
+    pub(super) fn meet(&mut self, course: &Course<'_>, discs: &[Disc], looked_at: usize) -> Met {
+        let Course { width, block, cap, .. } = *course;
+        let steps = self.track.len();
+        rollout::glide(width, block, &Braking::NEVER, &mut self.track, &mut self.headings);
+        let bounds = rollout::bounds(width, &self.track);
+        let widest = course.parts.iter().map(Part::reach).fold(course.radius, |a, b| if a > b { a } else { b });
+        let is_near = |disc: &Disc| {
+            !Disc { touch: disc.touch + widest - course.radius, ..*disc }.keeps_off(&block.step, &bounds, steps, cap)
+        };
+        if !discs.iter().any(is_near) {
+            return Met::NONE;
+        }
+        let free = self.free_of_statics(course, looked_at);
+        let mut braking = Braking { start: [FAR; LANES], loss: block.loss };
+        let mut brakes = false;
+        for lane in 0..LANES {
+            let before_static = if (free[lane] as usize) < steps { free[lane] - 1.0 } else { FAR };
+            let start = smaller(before_static, block.arrival[lane]) - block.stopping[lane];
+            braking.start[lane] = if start > 0.0 { start } else { 0.0 };
+            brakes |= start < steps as f32;
+        }
+        if brakes {
+            rollout::glide(width, block, &braking, &mut self.track, &mut self.headings);
+        }
+        let going_on = self.pass(course, discs, is_near);
+        let is_free = |gaps: &Gaps, lane: usize| gaps.free_steps[lane] as usize >= steps;
+        let mut met = Met { gap: going_on.least, ..Met::NONE };
+        for lane in 0..LANES {
+            if !is_free(&going_on, lane) {
+                met.going_on[lane] = going_on.free_steps[lane];
+            }
+        }
+        if (0..LANES).all(|lane| is_free(&going_on, lane)) {
+            return met;
+        }
+        let at_once = Braking { start: [1.0; LANES], loss: block.loss };
+        rollout::glide(width, block, &at_once, &mut self.track, &mut self.headings);
+        let stopping = self.pass(course, discs, is_near);
+        for lane in 0..LANES {
+            met.can_stop[lane] = is_free(&stopping, lane);
+        }
+        met
+    }
+
+    /// Steps before the first contact with a static, on the track at hand.
+    fn free_of_statics(&mut self, course: &Course<'_>, looked_at: usize) -> Lane {
+        let Course { width, block, field, .. } = *course;
+        let arrival = block.arrival.map(|steps| steps - looked_at as f32);
+        let disc = Part { centre: [0.0; 2], radius: course.radius, touch: field.touch };
+        let beyond = &self.track[looked_at..];
+        let mut free = rollout::look(width, &block.step, &arrival, &disc, field, beyond).free_steps;
+        for part in course.parts {
+            let carried = &mut self.carried[looked_at..];
+            rollout::carry_turned(width, &self.headings[looked_at..], part, beyond, carried);
+            let looked = rollout::look(width, &part.step(block), &arrival, part, field, carried);
+            for (free, looked) in free.iter_mut().zip(looked.free_steps) {
+                *free = smaller(looked, *free);
+            }
+        }
+        free.map(|steps| steps + looked_at as f32)
+    }
+
+    /// Passes the movers on the track at hand.
+    fn pass(&mut self, course: &Course<'_>, discs: &[Disc], is_near: impl Fn(&Disc) -> bool) -> Gaps {
+        let Course { width, block, radius, .. } = *course;
+        let mut gaps = Gaps::new([self.track.len() as f32; LANES]);
+        for disc in discs.iter().filter(|disc| is_near(disc)) {
+            gaps.take_passing(&rollout::pass(width, &block.step, &self.track, disc), disc.touch);
+        }
+        for part in course.parts {
+            rollout::carry_turned(width, &self.headings, part, &self.track, &mut self.carried);
+            let step = part.step(block);
+            for disc in discs.iter().filter(|disc| is_near(disc)) {
+                let disc = Disc { touch: disc.touch + part.radius - radius, ..*disc };
+                gaps.take_passing(&rollout::pass(width, &step, &self.carried, &disc), disc.touch);
+            }
+        }
+        gaps
+    }
+}
