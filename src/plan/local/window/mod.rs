@@ -51,7 +51,7 @@ use crate::plan::contract::{Decision, Fit, Notes, Situation, State};
 use crate::robot::Robot;
 use lanes::{LANES, Lane, Lanes, Plain, Width};
 use patch::{Anchor, Patch};
-use movers::{Ahead, Course, Met};
+use movers::{Ahead, Bounce, Course, Met};
 use rollout::{Block, Disc, FAR, Field, Part, Passing, Track};
 
 /// Samples, simulates and judges the twists within reach. Keeps its memory from tick to tick, and nothing else
@@ -450,17 +450,27 @@ impl DynamicWindow {
         for obstacle in situation.obstacles {
             let velocity = if self.settings.predict_dynamic { obstacle.velocity } else { Vec2::zeros() };
             let offset = obstacle.position - situation.pose.position;
+            let bounce = (self.looks_ahead() && self.settings.predict_dynamic)
+                .then(|| Bounce::of(obstacle, velocity, situation.belief, dt_s, steps))
+                .flatten();
             let lattice = |v: Vec2| [(v.x / pitch_m) as f32, (v.y / pitch_m) as f32];
             for (centre, radius_m) in obstacle.outline.cover() {
                 let (offset, touch_m) = (offset + centre, robot.inscribed_radius_m() + radius_m);
                 let touch_m = if self.looks_ahead() { with_room(touch_m, offset.norm()) } else { touch_m };
                 let away_m = reach_m + velocity.norm() * horizon_s + robot.radius_m + radius_m + cap_m;
                 if offset.norm() <= away_m {
-                    self.discs.push(Disc {
-                        position: lattice(offset),
-                        step: lattice(velocity * dt_s),
-                        touch: (touch_m / pitch_m) as f32,
-                    });
+                    let touch = (touch_m / pitch_m) as f32;
+                    self.discs.push(Disc { position: lattice(offset), step: lattice(velocity * dt_s), touch, from: 0 });
+                    if let Some(bounce) = &bounce {
+                        let back = -velocity;
+                        let mirrored = bounce.mirrored(velocity);
+                        let differs = (mirrored - back).norm() > 0.1 * velocity.norm();
+                        for after in [Some(back), differs.then_some(mirrored)].into_iter().flatten() {
+                            let position = offset + bounce.moved - after * (bounce.step as f64 * dt_s);
+                            let (position, step) = (lattice(position), lattice(after * dt_s));
+                            self.discs.push(Disc { position, step, touch, from: bounce.step });
+                        }
+                    }
                 }
             }
         }

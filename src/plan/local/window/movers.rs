@@ -10,7 +10,13 @@
 //!   Fraichard, Salhi, "Provably safe navigation for mobile robots with limited field-of-views in dynamic environments",
 //!   Autonomous Robots 32, 2012).
 //!
-//! A rollout is admissible if one of both touches no mover, each at constant velocity.
+//! A rollout is admissible if one of both touches no mover, each at constant velocity. A mover whose way leads into a believed
+//! static cannot keep its velocity: from there on it is expected on three ways at once, straight on, mirrored and back.
+
+use crate::geometry::Vec2;
+use crate::map::Cell;
+use crate::math;
+use crate::observation::{Belief, SensedObstacle};
 
 use super::lanes::{LANES, Lane, Width};
 use super::rollout::{self, Block, Braking, Disc, FAR, Field, Part};
@@ -141,4 +147,75 @@ impl Ahead {
         }
         gaps
     }
+}
+
+/// Where the way of a mover leads into a believed static.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounce {
+    /// Steps before.
+    pub(super) step: usize,
+    /// Displacement of the mover until then, m.
+    pub(super) moved: Vec2,
+    /// Unit vector from the static to the mover.
+    normal: Vec2,
+}
+
+impl Bounce {
+    /// The first one within `steps` of `dt_s`; `None` where there is none, or the mover is in contact already.
+    pub(super) fn of(mover: &SensedObstacle, velocity: Vec2, belief: &Belief, dt_s: f64, steps: usize) -> Option<Self> {
+        let radius_m = mover.radius_m();
+        for step in 0..=steps {
+            let moved = velocity * (step as f64 * dt_s);
+            if let Some(away) = nearest_static(belief, mover.position + moved, radius_m) {
+                let distance_m = away.norm();
+                if step == 0 && away.dot(&velocity) >= 0.0 {
+                    continue;
+                }
+                return (step > 0 && distance_m > 0.0 && away.dot(&velocity) < 0.0)
+                    .then(|| Self { step, moved, normal: away / distance_m });
+            }
+        }
+        None
+    }
+
+    /// The velocity after it, mirrored.
+    pub(super) fn mirrored(&self, velocity: Vec2) -> Vec2 {
+        velocity - self.normal * (2.0 * velocity.dot(&self.normal))
+    }
+}
+
+/// From the nearest point of a believed static or the edge of the map, if it is nearer than `radius_m`, to `p`.
+fn nearest_static(belief: &Belief, p: Vec2, radius_m: f64) -> Option<Vec2> {
+    let grid = belief.grid();
+    let (extent, cell) = (grid.extent_m(), grid.cell_at(p));
+    if grid.contains(cell) {
+        let here_m = belief.field().distance_m(cell) - (grid.centre(cell) - p).norm();
+        if here_m > radius_m {
+            return None;
+        }
+    }
+    let mut nearest = Vec2::new(radius_m, 0.0);
+    let mut is_near = false;
+    let mut take = |away: Vec2| {
+        if away.norm_squared() < nearest.norm_squared() {
+            (nearest, is_near) = (away, true);
+        }
+    };
+    take(Vec2::new(p.x, 0.0));
+    take(Vec2::new(0.0, p.y));
+    take(Vec2::new(p.x - extent.x, 0.0));
+    take(Vec2::new(0.0, p.y - extent.y));
+    let (first, last) = (grid.cell_at(p - Vec2::repeat(radius_m)), grid.cell_at(p + Vec2::repeat(radius_m)));
+    for row in first.row.max(0)..=last.row.min(grid.rows() - 1) {
+        for col in first.col.max(0)..=last.col.min(grid.cols() - 1) {
+            let cell = Cell { col, row };
+            if !grid.is_free(cell) {
+                let square = grid.square(cell);
+                let x = math::clamp(p.x, square.min.x, square.max.x);
+                let y = math::clamp(p.y, square.min.y, square.max.y);
+                take(p - Vec2::new(x, y));
+            }
+        }
+    }
+    is_near.then_some(nearest)
 }

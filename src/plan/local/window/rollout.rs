@@ -307,6 +307,8 @@ pub(super) struct Disc {
     pub(super) step: [f32; 2],
     /// Its radius plus the robot's.
     pub(super) touch: f32,
+    /// Steps before it counts.
+    pub(super) from: usize,
 }
 
 /// Distances of a block to the statics or to one moving disc: squared, from centre to centre, as in [`Fate`].
@@ -331,9 +333,12 @@ fn pass_lanes<L: Lanes>(step: &Lane, track: &Track, disc: &Disc) -> Passing {
     let limit = L::splat(disc.touch * disc.touch) + between;
     let one = L::splat(1.0);
     let (mut least, mut last) = (L::splat(f32::MAX), L::splat(f32::MAX));
-    let mut free_steps = L::splat(0.0);
+    let from = disc.from.min(track.len());
+    let mut free_steps = L::splat(from as f32);
     let [mut disc_x, mut disc_y] = disc.position;
-    for [x, y] in track {
+    disc_x += from as f32 * disc.step[0];
+    disc_y += from as f32 * disc.step[1];
+    for [x, y] in &track[from..] {
         disc_x += disc.step[0];
         disc_y += disc.step[1];
         let (dx, dy) = (L::load(x) - L::splat(disc_x), L::load(y) - L::splat(disc_y));
