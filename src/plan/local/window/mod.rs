@@ -83,11 +83,13 @@ pub struct Aim {
     pub speed_mps: Option<f64>,
     /// Way left to the point at which the robot is to stand, m; infinite if it is to go on.
     pub arrival_m: f64,
+    /// That point.
+    pub stop: Vec2,
 }
 
 impl Aim {
     /// To go on.
-    pub const ON: Self = Self { speed_mps: None, arrival_m: f64::INFINITY };
+    pub const ON: Self = Self { speed_mps: None, arrival_m: f64::INFINITY, stop: Vec2::new(0.0, 0.0) };
 }
 
 impl DynamicWindow {
@@ -165,7 +167,7 @@ impl DynamicWindow {
         }
         self.profile.clear();
         self.profile.resize(self.horizon_steps(situation), 1.0);
-        self.simulate(situation, aim.arrival_m);
+        self.simulate(situation, aim);
         for i in 0..self.rollouts.len() {
             if !self.rollouts.touches(i) && self.brakes_in_time(i, situation) && self.meets_no_mover(i) {
                 self.rollouts.admissible.push(i as u32);
@@ -245,7 +247,7 @@ impl DynamicWindow {
     }
 
     /// Drives every twist of the rollouts along the speed profile and records its end, clearances and first contact.
-    fn simulate(&mut self, situation: &Situation<'_>, arrival_m: f64) {
+    fn simulate(&mut self, situation: &Situation<'_>, aim: &Aim) {
         let (robot, dt_s) = (situation.robot, situation.dt_s);
         let steps = self.profile.len();
         self.rollouts.origin = situation.pose;
@@ -272,7 +274,7 @@ impl DynamicWindow {
         let cap = self.patch_cap(situation, speed);
         let at = self.patch.cover(situation.belief, situation.pose.position, reach_m, cap);
 
-        self.fill_blocks(situation, pitch_m, arrival_m);
+        self.fill_blocks(situation, pitch_m, aim.arrival_m);
         self.fill_discs(situation, pitch_m, reach_m, cap_m, steps_ahead);
         self.fill_parts(situation, pitch_m, &at);
         let meets = meets && !self.discs.is_empty();
@@ -291,6 +293,13 @@ impl DynamicWindow {
             patch: &self.patch,
             at,
         };
+        self.rollouts.stop_clearance_m = f64::INFINITY;
+        if aim.arrival_m.is_finite() {
+            let offset = (aim.stop - situation.pose.position) / pitch_m;
+            let [x, y] = [offset.x as f32, offset.y as f32].map(Plain::splat);
+            let gap = positive_sqrt(self.patch.squared_distances(&at, x, y).store()[0]) - radius;
+            self.rollouts.stop_clearance_m = math::max(f64::from(gap) * pitch_m - BOUND_M, 0.0);
+        }
         let (cap, limited) = ((cap_m / pitch_m) as f32, |gap: f32| math::clamp(f64::from(gap) * pitch_m, 0.0, cap_m));
         let count = self.rollouts.twists.len();
         for (number, block) in self.blocks.iter().enumerate() {
@@ -422,8 +431,8 @@ impl DynamicWindow {
             block.loss[lane] = if speed > lost { (lost / speed) as f32 } else { 1.0 };
             if v > 0.0 && arrival_m.is_finite() {
                 // What a robot that cannot stop in time would touch beyond its target counts.
-                let way_m = math::max(arrival_m, v * v / (2.0 * braking_mps2));
-                block.arrival[lane] = (way_m / (v * dt_s)).ceil() as f32;
+                let way_m = math::max(arrival_m, 0.5 * v * (v / braking_mps2 + dt_s));
+                block.arrival[lane] = math::max(way_m / (v * dt_s), 1.0) as f32;
             }
         }
     }
@@ -562,6 +571,9 @@ impl Turning {
         }
     }
 }
+
+/// What the lower bounds of clearances take off along a rollout, m.
+const BOUND_M: f64 = 0.01;
 
 /// Bound of the accumulated rounding error of `f32` over a rollout, in units of the pitch.
 const ROUNDING: f64 = 0.05;

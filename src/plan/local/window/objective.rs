@@ -53,6 +53,8 @@ const STANDING: f64 = 10.0;
 const PROGRESS_MIN_M: f64 = 0.02;
 /// A target beyond this bearing is turned to on the spot, rad.
 const TURN_RAD: f64 = 1.4;
+/// A target nearer than this is reached, whatever its bearing, m.
+const TURN_MIN_M: f64 = 1e-3;
 /// How far the part of the path that is looked at begins behind the robot, m.
 const BEHIND_M: f64 = 0.5;
 /// Share of its progress that a rollout keeps if the robot has to brake for a mover.
@@ -114,9 +116,9 @@ impl Objective {
         let stopping = stopping_speed_mps(left_m, robot, dt_s);
         self.cap_mps = math::min(robot.speed_max_mps, math::min(stopping, turning));
         self.arrival_m = if left_m < self.reach_m { left_m } else { f64::INFINITY };
-        self.turn_radps = (bearing.abs() > TURN_RAD && target_m > PROGRESS_MIN_M)
+        self.turn_radps = (bearing.abs() > TURN_RAD && target_m > TURN_MIN_M)
             .then(|| turn_in_place(bearing, robot, dt_s));
-        Aim { speed_mps: Some(self.cap_mps), arrival_m: self.arrival_m }
+        Aim { speed_mps: Some(self.cap_mps), arrival_m: self.arrival_m, stop: guidance.path.end() }
     }
 
     /// The legs of the path up to `last_m`.
@@ -185,7 +187,9 @@ impl Objective {
         let on = self.point_at(place_m + ALIGN_M) - pose.position;
         let away_m = on.norm();
         let align = if away_m > PROGRESS_MIN_M { 1.0 - 0.5 * (on / away_m - direction(pose.theta)).norm() } else { 1.0 };
-        let share = nearness_share(rollouts.static_clearance(i).path_min_m, d_cap_m, weights.distance)
+        // A robot does not slow down for what it has to come near to.
+        let static_cap_m = math::min(d_cap_m, rollouts.stop_clearance_m());
+        let share = nearness_share(rollouts.static_clearance(i).path_min_m, static_cap_m, weights.distance)
             * self.movers_share(rollouts.meeting(i), rollouts.mover_clearance(i).path_min_m, d_cap_m, weights.distance);
         let gain = gain_m / self.reach_m;
         let speed = math::clamp(twist.v, 0.0, self.cap_mps) / self.speed_max_mps;
@@ -211,6 +215,6 @@ impl Objective {
 
 /// Share of its progress that a rollout keeps so near to obstacles.
 fn nearness_share(clearance_m: f64, d_cap_m: f64, weight: f64) -> f64 {
-    let near = math::max(1.0 - clearance_m / d_cap_m, 0.0);
+    let near = if clearance_m < d_cap_m { 1.0 - clearance_m / d_cap_m } else { 0.0 };
     1.0 - math::min(weight, 1.0) * near * near
 }

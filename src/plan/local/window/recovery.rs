@@ -1,6 +1,6 @@
 //! The command when no rollout is admissible.
 
-use super::{DistanceMode, DynamicWindow, Window};
+use super::{Aim, DistanceMode, DynamicWindow, Window};
 use crate::geometry::{Twist, Vec2};
 use crate::math;
 use crate::plan::contract::Situation;
@@ -50,7 +50,7 @@ impl DynamicWindow {
         self.settings.yaw_rate.sample(window.omega_low, window.omega_high, &[wanted_now], &mut self.yaw_rates);
         self.rollouts.twists.clear();
         self.rollouts.twists.extend(self.yaw_rates.iter().map(|&omega| Twist { v: twist.v, omega }));
-        self.simulate(situation, f64::INFINITY);
+        self.simulate(situation, &Aim::ON);
         let detour = |i: usize| (self.yaw_rates[i] - wanted_now).abs();
         let room = |i: usize| math::min(self.rollouts.clearance_m(i, DistanceMode::PathMin), RECOVERY_ROOM_M);
         let best = (0..self.rollouts.len()).min_by(|&a, &b| {

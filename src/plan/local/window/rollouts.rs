@@ -48,6 +48,8 @@ impl Meeting {
 pub struct Rollouts {
     pub(super) origin: Pose,
     pub(super) duration_s: f64,
+    /// Clearance from statics at the point where the robot is to stand, m; infinite if it is to go on.
+    pub(super) stop_clearance_m: f64,
     pub(super) twists: Vec<Twist>,
     /// Displacement from the origin to the end, m.
     pub(super) end: Vec<Vec2>,
@@ -65,6 +67,7 @@ impl Rollouts {
         Self {
             origin: Pose::new(0.0, 0.0, 0.0),
             duration_s: 0.0,
+            stop_clearance_m: f64::INFINITY,
             twists: Vec::new(),
             end: Vec::new(),
             free_s: Vec::new(),
@@ -130,6 +133,11 @@ impl Rollouts {
     /// Whether rollout `i` touches an obstacle within the horizon.
     pub fn touches(&self, i: usize) -> bool {
         self.free_s[i] < self.duration_s
+    }
+
+    /// Clearance from statics at the point where the robot is to stand, m; infinite if it is to go on.
+    pub fn stop_clearance_m(&self) -> f64 {
+        self.stop_clearance_m
     }
 
     /// Time driven by every rollout, s.
