@@ -40,13 +40,14 @@ impl LocalChoice {
     }
 }
 
-/// Highest speed, m/s, from which the robot can still stop within `left_m` if it drives it for this tick.
+/// Highest speed, m/s, with which the robot can still stop within `left_m` if it drives it for this tick.
 ///
-/// Driving v for a tick and a_dec·dt less in each that follows takes v²/2a + v·dt/2, where v is a whole number of such steps,
-/// and at most a·dt²/8 more (under a millimetre at 0.5 m/s²) where it is not.
+/// It drives v for a tick and a·dt less in each that follows: with n more ticks (n + 1) v dt − a dt² n (n + 1) / 2, where n is
+/// the number of whole steps a·dt in v.
 fn stopping_speed_mps(left_m: f64, robot: &Robot, dt_s: f64) -> f64 {
-    let (deceleration, half_tick) = (robot.deceleration_max_mps2, 0.5 * dt_s);
-    deceleration * ((half_tick * half_tick + 2.0 * left_m / deceleration).sqrt() - half_tick)
+    let lost = robot.deceleration_max_mps2 * dt_s;
+    let n = (0.5 * ((1.0 + 8.0 * left_m / (lost * dt_s)).sqrt() - 1.0)).floor();
+    left_m / ((n + 1.0) * dt_s) + 0.5 * lost * n
 }
 
 /// Yaw rate for turning in place by `bearing` rad, rad/s: as fast as the limits allow without overshooting within the tick.
