@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 mod analyze;
+mod avoidable;
 mod bad_scenarios;
 mod cli;
 mod conditions;

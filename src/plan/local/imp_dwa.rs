@@ -28,8 +28,8 @@
 //! Parameters: [`Params`].
 
 use super::LocalKind;
-use super::window::params::window_params;
 use super::window::objective::{Objective, Weights};
+use super::window::params::window_params;
 use super::window::{Aim, DistanceMode, DynamicWindow, Normalise, Score};
 use crate::math;
 use crate::plan::contract::{Decision, Entry, Failure, Fit, Guidance, LocalPlanner, Situation, State};
@@ -152,7 +152,8 @@ impl LocalPlanner for Planner {
             let aim = self.objective.aim(situation, guidance, self.window.horizons_s(situation.robot));
             let rollouts = self.window.roll(situation, &aim);
             let now_m = (situation.pose.position - target).norm();
-            let nearest_m = math::max(now_m - situation.robot.speed_max_mps * rollouts.duration_s(), TARGET_DISTANCE_MIN_M);
+            let nearest_m =
+                math::max(now_m - situation.robot.speed_max_mps * rollouts.duration_s(), TARGET_DISTANCE_MIN_M);
             let d_cap_m = params.d_cap_m.get();
             let mut score = self.score.over(rollouts);
             score.set(|i| {
@@ -212,8 +213,23 @@ mod tests {
     use crate::observation::{Belief, SensedObstacle};
     use crate::plan::local::dwa;
     use crate::plan::local::tests::{Course, Drive};
+    use crate::plan::local::window::{HeadingAt, Prediction};
     use crate::rng::{EpisodeSeed, Purpose};
     use crate::robot::Robot;
+    use crate::settings::quantity::Positive;
+
+    /// The paper's form.
+    fn printed() -> Params {
+        Params {
+            normalise: Normalise::Sum,
+            horizon_s: Some(Positive::new(3.0)),
+            room_m: NonNegative::new(0.0),
+            prediction: Prediction::Euler,
+            heading_at: HeadingAt::Horizon,
+            d_cap_m: Positive::new(0.5),
+            ..Params::default()
+        }
+    }
 
     fn drive(course: &Course, params: &Params, ticks: u32) -> Drive {
         let mut planner = Planner::new(params);
@@ -267,7 +283,7 @@ mod tests {
     /// Written out once more: the best of the admissible rollouts by eq. 26.
     fn best_by_the_formula(params: &Params, situation: &Situation<'_>, guidance: &Guidance<'_>) -> Option<Twist> {
         let mut window = DynamicWindow::new(params.window());
-        let rollouts = window.roll(situation);
+        let rollouts = window.roll(situation, &Aim::ON);
         let d2 = math::max((guidance.sub_goal - guidance.previous_node).norm(), 1.0);
         let all: Vec<usize> = rollouts.admissible().collect();
         let terms: Vec<[f64; 4]> = all
@@ -314,7 +330,7 @@ mod tests {
             let movers = [mover];
             let situation = Situation { twist, obstacles: &movers, ..Situation::new(&robot, &belief, pose, goal) };
             let guidance = Guidance { previous_node, ..Guidance::to_end(&path, 0.0) };
-            let params = Params::default();
+            let params = printed();
             let decision = Planner::new(&params).decide(&situation, &guidance).expect("an answer");
             match best_by_the_formula(&params, &situation, &guidance) {
                 Some(best) => {

@@ -57,7 +57,13 @@ impl Manoeuvre {
     }
 
     /// Drives it from `twist` into a lane of the tracks; returns its first twist and its last position in units of the pitch.
-    fn drive(self, situation: &Situation<'_>, pitch_m: f64, lane: usize, tracks: [&mut Vec<[Lane; 2]>; 2]) -> (Twist, Vec2) {
+    fn drive(
+        self,
+        situation: &Situation<'_>,
+        pitch_m: f64,
+        lane: usize,
+        tracks: [&mut Vec<[Lane; 2]>; 2],
+    ) -> (Twist, Vec2) {
         let (robot, dt_s) = (situation.robot, situation.dt_s);
         let [track, headings] = tracks;
         let (mut twist, mut first) = (situation.twist, None);
@@ -117,7 +123,8 @@ impl DynamicWindow {
         let touch = touching(&self.patch, &at, [0.0; 2], radius * radius);
         let field = Field { touch, patch: &self.patch, at, free: 0.0 };
         let disc = Part { centre: [0.0; 2], radius, touch };
-        let block = Block::still([(speed * situation.dt_s / pitch_m) as f32; LANES], robot.yaw_rate_max_radps * situation.dt_s);
+        let block =
+            Block::still([(speed * situation.dt_s / pitch_m) as f32; LANES], robot.yaw_rate_max_radps * situation.dt_s);
         let ahead = &mut self.ahead;
         ahead.resize(steps);
         let mut best: Option<Fate> = None;

@@ -50,8 +50,8 @@ use crate::math;
 use crate::plan::contract::{Decision, Fit, Notes, Situation, State};
 use crate::robot::Robot;
 use lanes::{LANES, Lane, Lanes, Plain, Width};
-use patch::{Anchor, Patch};
 use movers::{Ahead, Bounce, Course, Met};
+use patch::{Anchor, Patch};
 use rollout::{Block, Disc, FAR, Field, Part, Passing, Track};
 
 /// Samples, simulates and judges the twists within reach. Keeps its memory from tick to tick, and nothing else

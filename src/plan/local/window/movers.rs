@@ -171,8 +171,11 @@ impl Bounce {
                 if step == 0 && away.dot(&velocity) >= 0.0 {
                     continue;
                 }
-                return (step > 0 && distance_m > 0.0 && away.dot(&velocity) < 0.0)
-                    .then(|| Self { step, moved, normal: away / distance_m });
+                return (step > 0 && distance_m > 0.0 && away.dot(&velocity) < 0.0).then(|| Self {
+                    step,
+                    moved,
+                    normal: away / distance_m,
+                });
             }
         }
         None

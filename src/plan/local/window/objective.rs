@@ -100,7 +100,8 @@ impl Objective {
         self.yaw_rate_max_radps = robot.yaw_rate_max_radps;
         self.reach_m = self.speed_max_mps * horizon_s;
         self.movers_horizon_s = movers_horizon_s;
-        let fastest = math::min(robot.speed_max_mps, math::max(situation.twist.v, 0.0) + robot.acceleration_max_mps2 * dt_s);
+        let fastest =
+            math::min(robot.speed_max_mps, math::max(situation.twist.v, 0.0) + robot.acceleration_max_mps2 * dt_s);
         self.least_m = math::min(PROGRESS_MIN_M, 0.5 * fastest * horizon_s);
         self.progress_m = guidance.progress_m;
         self.first_m = guidance.progress_m - BEHIND_M;
@@ -116,8 +117,8 @@ impl Objective {
         let stopping = stopping_speed_mps(left_m, robot, dt_s);
         self.cap_mps = math::min(robot.speed_max_mps, math::min(stopping, turning));
         self.arrival_m = if left_m < self.reach_m { left_m } else { f64::INFINITY };
-        self.turn_radps = (bearing.abs() > TURN_RAD && target_m > TURN_MIN_M)
-            .then(|| turn_in_place(bearing, robot, dt_s));
+        self.turn_radps =
+            (bearing.abs() > TURN_RAD && target_m > TURN_MIN_M).then(|| turn_in_place(bearing, robot, dt_s));
         Aim { speed_mps: Some(self.cap_mps), arrival_m: self.arrival_m, stop: guidance.path.end() }
     }
 
@@ -130,7 +131,11 @@ impl Objective {
         for (from, piece) in guidance.path.segments() {
             let length_m = piece.length(from);
             if start_m + length_m >= self.first_m && start_m <= last_m {
-                let chords = if matches!(piece, Piece::Line { .. }) { 1 } else { piece.chord_count(from, SAGITTA_M, CHORDS_MAX) };
+                let chords = if matches!(piece, Piece::Line { .. }) {
+                    1
+                } else {
+                    piece.chord_count(from, SAGITTA_M, CHORDS_MAX)
+                };
                 let mut along_m = start_m;
                 for k in 0..chords {
                     let (a, b) = (piece.chord_point(from, k, chords), piece.chord_point(from, k + 1, chords));
@@ -169,12 +174,23 @@ impl Objective {
 
     /// The point of the path at `place_m`.
     fn point_at(&self, place_m: f64) -> Vec2 {
-        let leg = self.legs.iter().find(|leg| place_m <= leg.start_m + leg.length_m).unwrap_or(&self.legs[self.legs.len() - 1]);
+        let leg = self
+            .legs
+            .iter()
+            .find(|leg| place_m <= leg.start_m + leg.length_m)
+            .unwrap_or(&self.legs[self.legs.len() - 1]);
         leg.from + leg.along * math::clamp(place_m - leg.start_m, 0.0, leg.length_m)
     }
 
     /// Score of rollout `i`: the larger the better. `speed_factor` is the f of the velocity term.
-    pub(crate) fn score(&self, rollouts: &Rollouts, i: usize, weights: &Weights, d_cap_m: f64, speed_factor: f64) -> f64 {
+    pub(crate) fn score(
+        &self,
+        rollouts: &Rollouts,
+        i: usize,
+        weights: &Weights,
+        d_cap_m: f64,
+        speed_factor: f64,
+    ) -> f64 {
         let twist = rollouts.twist(i);
         if let Some(turn) = self.turn_radps {
             let missed = (twist.omega - turn).abs() / self.yaw_rate_max_radps;
@@ -186,7 +202,8 @@ impl Objective {
         let gain_m = place_m - self.now_m;
         let on = self.point_at(place_m + ALIGN_M) - pose.position;
         let away_m = on.norm();
-        let align = if away_m > PROGRESS_MIN_M { 1.0 - 0.5 * (on / away_m - direction(pose.theta)).norm() } else { 1.0 };
+        let align =
+            if away_m > PROGRESS_MIN_M { 1.0 - 0.5 * (on / away_m - direction(pose.theta)).norm() } else { 1.0 };
         // A robot does not slow down for what it has to come near to.
         let static_cap_m = math::min(d_cap_m, rollouts.stop_clearance_m());
         let share = nearness_share(rollouts.static_clearance(i).path_min_m, static_cap_m, weights.distance)

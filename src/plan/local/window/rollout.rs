@@ -209,10 +209,8 @@ fn carry_turned_lanes<L: Lanes>(headings: &Track, part: &Part, track: &Track, ca
     let [arm_x, arm_y] = part.centre.map(L::splat);
     for (([x, y], [cos, sin]), carried) in track.iter().zip(headings).zip(carried) {
         let (cos, sin) = (L::load(cos), L::load(sin));
-        *carried = [
-            (L::load(x) + (cos * arm_x - sin * arm_y)).store(),
-            (L::load(y) + (sin * arm_x + cos * arm_y)).store(),
-        ];
+        *carried =
+            [(L::load(x) + (cos * arm_x - sin * arm_y)).store(), (L::load(y) + (sin * arm_x + cos * arm_y)).store()];
     }
 }
 

@@ -8,7 +8,10 @@ use crate::robot::Robot;
 
 fn settings() -> Settings {
     Settings {
-        horizon_s: 3.0,
+        normalise: Normalise::Sum,
+        horizon_s: Some(3.0),
+        movers_horizon_s: None,
+        room_m: 0.0,
         prediction: Prediction::Euler,
         speed: Spacing::Count(5),
         yaw_rate: Spacing::Count(7),
@@ -56,7 +59,7 @@ fn rollouts_end_where_the_closed_forms_say() {
     for omega in [-1.7, 0.0, 0.6] {
         let situation = observe(&belief, &robot, pose, Twist { v: 0.8, omega }, &[]);
         let mut window = DynamicWindow::new(settings());
-        let rollouts = window.roll(&situation);
+        let rollouts = window.roll(&situation, &Aim::ON);
         assert!(rollouts.len() >= 35);
         for i in 0..rollouts.len() {
             let expected = *euler(pose, rollouts.twist(i), 30).last().unwrap();
@@ -64,7 +67,7 @@ fn rollouts_end_where_the_closed_forms_say() {
             assert!((rollouts.end(i).theta - crate::geometry::wrap_angle(expected.theta)).abs() < 1e-9);
         }
         let mut window = DynamicWindow::new(Settings { prediction: Prediction::Arc, ..settings() });
-        let rollouts = window.roll(&situation);
+        let rollouts = window.roll(&situation, &Aim::ON);
         for i in 0..rollouts.len() {
             let expected = pose.advance(rollouts.twist(i), 3.0);
             assert!((rollouts.end(i).position - expected.position).norm() < 2e-5, "{:?}", rollouts.twist(i));
@@ -77,7 +80,7 @@ fn far_from_everything_every_clearance_is_exactly_the_cap() {
     let (belief, robot) = (open_space(), Robot::default());
     let mut window = DynamicWindow::new(settings());
     let rollouts =
-        window.roll(&observe(&belief, &robot, Pose::new(20.0, 20.0, 0.3), Twist { v: 0.7, omega: 0.1 }, &[]));
+        window.roll(&observe(&belief, &robot, Pose::new(20.0, 20.0, 0.3), Twist { v: 0.7, omega: 0.1 }, &[]), &Aim::ON);
     assert_eq!(rollouts.admissible().count(), rollouts.len());
     for i in 0..rollouts.len() {
         assert_eq!(
@@ -133,7 +136,7 @@ fn clearances_and_contacts_agree_with_brute_force() {
             yaw_rate: Spacing::Count(3),
             ..settings()
         });
-        let rollouts = window.roll(&observe(&belief, &robot, pose, twist, &movers));
+        let rollouts = window.roll(&observe(&belief, &robot, pose, twist, &movers), &Aim::ON);
         for i in 0..rollouts.len() {
             // Dense sampling of the line through the poses: what really is met on the way.
             let mut poses = vec![pose];
@@ -232,7 +235,7 @@ fn clearances_of_a_footprint_agree_with_brute_force() {
             yaw_rate: Spacing::Count(3),
             ..settings()
         });
-        let rollouts = window.roll(&observe(&belief, &robot, pose, twist, &movers));
+        let rollouts = window.roll(&observe(&belief, &robot, pose, twist, &movers), &Aim::ON);
         for i in 0..rollouts.len() {
             let poses: Vec<Pose> = match prediction {
                 Prediction::Euler => euler(pose, rollouts.twist(i), 30),
@@ -279,13 +282,15 @@ fn every_width_of_lanes_gives_the_same_bits() {
         let settings = Settings {
             prediction: if case % 3 == 0 { Prediction::Arc } else { Prediction::Euler },
             predict_dynamic: case % 4 < 2,
+            normalise: if case % 5 < 3 { Normalise::Fixed } else { Normalise::Sum },
             ..settings()
         };
         let mut wide = DynamicWindow::new(settings.clone());
         let mut plain = DynamicWindow { width: Width::PLAIN, ..DynamicWindow::new(settings) };
         let situation = observe(&belief, robot, pose, twist, &movers);
-        let (wide, plain) = (wide.roll(&situation), plain.roll(&situation));
-        assert_eq!(wide.admissible, plain.admissible);
+        let aim = Aim { arrival_m: if case % 7 < 3 { 1.3 } else { f64::INFINITY }, ..Aim::ON };
+        let (wide, plain) = (wide.roll(&situation, &aim), plain.roll(&situation, &aim));
+        assert_eq!((&wide.admissible, &wide.meetings), (&plain.admissible, &plain.meetings));
         let bits = |rollouts: &Rollouts| {
             let clearances = rollouts.statics.iter().chain(&rollouts.movers).flat_map(|c| [c.path_min_m, c.end_m]);
             let ends = rollouts.end.iter().flat_map(|end| [end.x, end.y]);
@@ -305,7 +310,7 @@ fn a_wall_ahead_limits_the_free_arc() {
     let (belief, robot) = (belief(&grid), Robot::default());
     let situation = observe(&belief, &robot, Pose::new(8.0, 9.5, 0.0), Twist { v: 0.8, omega: 0.0 }, &[]);
     let mut window = DynamicWindow::new(settings());
-    let rollouts = window.roll(&situation);
+    let rollouts = window.roll(&situation, &Aim::ON);
     let straight: Vec<usize> = (0..rollouts.len()).filter(|&i| rollouts.twist(i).omega == 0.0).collect();
     for i in straight {
         let step = rollouts.twist(i).v * 0.1;
@@ -335,7 +340,7 @@ fn the_braking_rule_by_clearance_is_the_printed_one() {
             ..settings()
         });
         let situation = observe(&belief, &robot, Pose::new(10.0, 1.5, 0.0), Twist { v: 0.51, omega: 0.0 }, &[]);
-        let rollouts = window.roll(&situation);
+        let rollouts = window.roll(&situation, &Aim::ON);
         rollouts.admissible().map(|i| rollouts.twist(i).v).fold(0.0, math::max)
     };
     let off = BrakingTurn::Off;
@@ -451,7 +456,7 @@ fn a_robot_believed_in_contact_may_leave_but_not_go_deeper() {
     let (belief, robot) = (belief(&grid), Robot::default());
     let admissible = |theta: f64| {
         let mut window = DynamicWindow::new(settings());
-        let rollouts = window.roll(&observe(&belief, &robot, Pose::new(9.76, 9.5, theta), Twist::ZERO, &[]));
+        let rollouts = window.roll(&observe(&belief, &robot, Pose::new(9.76, 9.5, theta), Twist::ZERO, &[]), &Aim::ON);
         let straight_on = |i: &usize| rollouts.twist(*i).v > 0.03 && rollouts.twist(*i).omega == 0.0;
         (rollouts.admissible().count(), rollouts.admissible().filter(straight_on).count())
     };
@@ -466,7 +471,7 @@ fn a_believed_twist_outside_the_limits_is_no_panic() {
     let mut window = DynamicWindow::new(settings());
     for v in [0.4, 1.6, -0.5, 1.02] {
         let situation = observe(&belief, &robot, Pose::new(20.0, 20.0, 0.0), Twist { v, omega: 1.7 }, &[]);
-        assert!(!window.roll(&situation).is_empty());
+        assert!(!window.roll(&situation, &Aim::ON).is_empty());
     }
 }
 
@@ -475,11 +480,150 @@ fn wheel_limits_apply_to_what_is_predicted() {
     let (belief, robot) = (open_space(), Robot { wheel_speed_max_mps: 0.7, ..Robot::default() });
     let mut window = DynamicWindow::new(settings());
     let pose = Pose::new(20.0, 20.0, 0.0);
-    let rollouts = window.roll(&observe(&belief, &robot, pose, Twist { v: 0.6, omega: 0.5 }, &[]));
+    let rollouts = window.roll(&observe(&belief, &robot, pose, Twist { v: 0.6, omega: 0.5 }, &[]), &Aim::ON);
     for i in 0..rollouts.len() {
         let (left, right) = robot.wheel_speeds(rollouts.twist(i));
         assert!(left <= 0.7 + 1e-12 && right <= 0.7 + 1e-12);
         let expected = *euler(pose, rollouts.twist(i), 30).last().unwrap();
         assert!((rollouts.end(i).position - expected.position).norm() < 2e-5, "{:?}", rollouts.twist(i));
     }
+}
+
+/// Tracks of a constant twist that brakes along its arc after `brake_s`, by small steps in `f64`.
+fn glide(robot: &Robot, pose: Pose, twist: Twist, brake_s: f64, horizon_s: f64, mut at: impl FnMut(f64, Pose)) {
+    const STEP_S: f64 = 0.005;
+    let mut here = pose;
+    for k in 1..=(horizon_s / STEP_S).round() as u32 {
+        let time_s = f64::from(k) * STEP_S;
+        let lost = robot.deceleration_max_mps2 * math::max(time_s - 0.5 * STEP_S - brake_s, 0.0);
+        let share = if lost > 0.0 { math::max(1.0 - lost / twist.v, 0.0) } else { 1.0 };
+        here = here.advance(Twist { v: twist.v * share, omega: twist.omega * share }, STEP_S);
+        at(time_s, here);
+    }
+}
+
+#[test]
+fn the_two_ways_past_the_movers_agree_with_small_steps() {
+    let robot = Robot::default();
+    let mut stream = EpisodeSeed { seed: 17, episode: 0 }.stream(Purpose::Planner, 0);
+    let belief = open_space();
+    let (mut hit, mut passed, mut stopped, mut run_over) = (0, 0, 0, 0);
+    for _ in 0..300 {
+        let pose = Pose::new(20.0, 20.0, stream.range(-3.0, 3.0));
+        let twist = Twist { v: stream.range(0.2, 1.0), omega: stream.range(-1.0, 1.0) };
+        let away = direction(stream.range(-3.0, 3.0)) * stream.range(1.5, 4.0);
+        let velocity = Vec2::new(stream.range(-1.0, 1.0), stream.range(-1.0, 1.0));
+        let mover = SensedObstacle::disc(0, pose.position + away, velocity, 0.3);
+        let settings = Settings {
+            normalise: Normalise::Fixed,
+            prediction: Prediction::Arc,
+            predict_dynamic: true,
+            speed: Spacing::Count(2),
+            yaw_rate: Spacing::Count(3),
+            horizon_s: None,
+            ..settings()
+        };
+        let mut window = DynamicWindow::new(settings);
+        let movers = [mover];
+        let rollouts = window.roll(&observe(&belief, &robot, pose, twist, &movers), &Aim::ON);
+        for i in 0..rollouts.len() {
+            let gap = |brake_s: f64| {
+                let mut least = f64::INFINITY;
+                glide(&robot, pose, rollouts.twist(i), brake_s, 3.0, |time_s, here| {
+                    let gap = (here.position - movers[0].position - velocity * time_s).norm() - 0.3 - robot.radius_m;
+                    least = math::min(least, gap);
+                });
+                least
+            };
+            // The room of 5 cm, and what the bound between two poses takes off: at most ¼ (0.2 m)² over the distance, 2 cm.
+            let (going_on, stopping) = (gap(f64::INFINITY), gap(0.1));
+            let meeting = rollouts.meeting(i);
+            if meeting.going_on_s.is_infinite() {
+                assert!(going_on > 0.049, "{going_on}");
+                passed += 1;
+            } else {
+                assert!(going_on < 0.075, "{going_on}");
+                hit += 1;
+                if meeting.can_stop {
+                    assert!(stopping > 0.049, "{stopping}");
+                    stopped += 1;
+                } else {
+                    assert!(stopping < 0.075, "{stopping}");
+                    run_over += 1;
+                }
+            }
+        }
+    }
+    assert!(hit > 100 && passed > 500 && stopped > 50 && run_over > 50, "{hit} {passed} {stopped} {run_over}");
+}
+
+#[test]
+fn a_rollout_that_ends_at_a_rack_stands_there_in_the_way_of_the_mover() {
+    // A rack across the lane 2 m ahead; a mover comes along its face. Going on means to brake before the rack.
+    let mut grid = OccupancyGrid::empty(40, 40, 0.5);
+    for row in 0..40 {
+        grid.set_occupied(Cell { col: 24, row });
+    }
+    let (belief, robot) = (belief(&grid), Robot::default());
+    let movers = [SensedObstacle::disc(0, Vec2::new(11.6, 12.9), Vec2::new(0.0, -1.0), 0.3)];
+    let situation = observe(&belief, &robot, Pose::new(10.0, 10.0, 0.0), Twist { v: 0.6, omega: 0.0 }, &movers);
+    let settings =
+        Settings { normalise: Normalise::Fixed, predict_dynamic: true, prediction: Prediction::Arc, ..settings() };
+    let mut window = DynamicWindow::new(Settings { horizon_s: None, ..settings });
+    let rollouts = window.roll(&situation, &Aim::ON);
+    let straight = (0..rollouts.len()).find(|&i| rollouts.twist(i) == Twist { v: 0.6, omega: 0.0 }).unwrap();
+    assert!(rollouts.meeting(straight).going_on_s.is_finite(), "it would stand at x = 11.7, in the mover's way");
+    assert!(rollouts.meeting(straight).can_stop, "and may stop short of it");
+}
+
+#[test]
+fn a_mover_before_a_static_is_expected_to_turn() {
+    let mut grid = OccupancyGrid::empty(40, 40, 0.5);
+    grid.set_occupied(Cell { col: 20, row: 20 });
+    let belief = belief(&grid);
+    // The square is [10, 10.5]²; the disc of 0.3 m touches it at x = 9.7, after 1.7 m at 1 m/s.
+    let velocity = Vec2::new(1.0, 0.0);
+    let mover = SensedObstacle::disc(0, Vec2::new(8.0, 10.25), velocity, 0.3);
+    let bounce = Bounce::of(&mover, velocity, &belief, 0.1, 30).expect("it meets the square");
+    assert_eq!(bounce.step, 18, "the first step that is inside, for at 1.7 m it touches exactly");
+    assert!((bounce.mirrored(velocity) + velocity).norm() < 1e-12);
+    // Past it, away from it, beside it while it touches: straight on.
+    for (position, velocity) in [((8.0, 9.6), (1.0, 0.0)), ((9.0, 10.25), (-1.0, 0.0)), ((9.75, 10.25), (0.0, 0.1))] {
+        let (position, velocity) = (Vec2::new(position.0, position.1), Vec2::new(velocity.0, velocity.1));
+        let mover = SensedObstacle::disc(0, position, velocity, 0.3);
+        assert_eq!(Bounce::of(&mover, velocity, &belief, 0.1, 30), None, "{position:?}");
+    }
+    // The edge of the map mirrors as well.
+    let velocity = Vec2::new(0.6, 0.8);
+    let mover = SensedObstacle::disc(0, Vec2::new(5.0, 18.9), velocity, 0.3);
+    let bounce = Bounce::of(&mover, velocity, &belief, 0.1, 30).expect("it meets the edge");
+    assert!((bounce.mirrored(velocity) - Vec2::new(0.6, -0.8)).norm() < 1e-12);
+}
+
+#[test]
+fn a_robot_at_rest_leaves_the_lane_of_a_mover() {
+    // A mover at 1 m/s, 3.5 m away, straight at the robot: within the window of one tick nothing escapes it.
+    let (belief, robot) = (open_space(), Robot::default());
+    let settings = Settings { normalise: Normalise::Fixed, predict_dynamic: true, ..settings() };
+    let mut window = DynamicWindow::new(Settings { horizon_s: None, ..settings });
+    let (mut pose, mut twist) = (Pose::new(20.0, 20.0, math::FRAC_PI_2), Twist::ZERO);
+    let mut mover = SensedObstacle::disc(0, Vec2::new(16.5, 20.0), Vec2::new(1.0, 0.0), 0.3);
+    let mut gap = f64::INFINITY;
+    for _ in 0..60 {
+        let movers = [mover.clone()];
+        let situation = observe(&belief, &robot, pose, twist, &movers);
+        let standing = {
+            let rollouts = window.roll(&situation, &Aim::ON);
+            rollouts.admissible().find(|&i| rollouts.twist(i) == Twist::ZERO)
+        };
+        let command = match standing {
+            Some(_) => Twist::ZERO,
+            None => window.decide(None, &situation, Vec2::new(20.0, 30.0)).command,
+        };
+        twist = robot.actuate(twist, command, 0.1);
+        pose = pose.advance(twist, 0.1);
+        mover.position += mover.velocity * 0.1;
+        gap = math::min(gap, (pose.position - mover.position).norm() - 0.3 - robot.radius_m);
+    }
+    assert!(gap > 0.02, "{gap}");
 }
