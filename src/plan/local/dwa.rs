@@ -113,10 +113,11 @@ impl LocalPlanner for Planner {
                 velocity: params.velocity_weight.get(),
             };
             let aim = self.objective.aim(situation, guidance, self.window.horizons_s(situation.robot));
-            let rollouts = self.window.roll(situation, &aim);
-            let mut score = self.score.over(rollouts);
-            score.set(|i| self.objective.score(rollouts, i, &weights, params.d_cap_m.get(), 1.0));
-            let best = score.best();
+            self.window.roll(situation, &aim);
+            let (objective, d_cap_m) = (&self.objective, params.d_cap_m.get());
+            let best = objective.best(&mut self.window, situation, &mut self.score, |rollouts, i| {
+                objective.score(rollouts, i, &weights, d_cap_m, 1.0)
+            });
             return Ok(self.window.decide(best, situation, target));
         }
         let rollouts = self.window.roll(situation, &Aim::ON);

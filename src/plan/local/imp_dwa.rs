@@ -150,20 +150,16 @@ impl LocalPlanner for Planner {
                 velocity: velocity_weight,
             };
             let aim = self.objective.aim(situation, guidance, self.window.horizons_s(situation.robot));
-            let rollouts = self.window.roll(situation, &aim);
+            let duration_s = self.window.roll(situation, &aim).duration_s();
             let now_m = (situation.pose.position - target).norm();
-            let nearest_m =
-                math::max(now_m - situation.robot.speed_max_mps * rollouts.duration_s(), TARGET_DISTANCE_MIN_M);
-            let d_cap_m = params.d_cap_m.get();
-            let mut score = self.score.over(rollouts);
-            score.set(|i| {
+            let nearest_m = math::max(now_m - situation.robot.speed_max_mps * duration_s, TARGET_DISTANCE_MIN_M);
+            let (objective, d_cap_m) = (&self.objective, params.d_cap_m.get());
+            let best = objective.best(&mut self.window, situation, &mut self.score, |rollouts, i| {
                 let clearance_m = math::min(rollouts.clearance_m(i, DistanceMode::PathMin), d_cap_m);
-                let factor = openness(clearance_m, d2_m);
                 let end_m = (rollouts.pose_within(i, now_m).position - target).norm();
                 let pull = goal_weight * nearest_m / math::max(end_m, nearest_m);
-                self.objective.score(rollouts, i, &weights, d_cap_m, factor) + pull
+                objective.score(rollouts, i, &weights, d_cap_m, openness(clearance_m, d2_m)) + pull
             });
-            let best = score.best();
             return Ok(self.window.decide(best, situation, target));
         }
         let rollouts = self.window.roll(situation, &Aim::ON);

@@ -37,7 +37,7 @@ mod terms;
 mod tests;
 
 pub use recovery::Recovery;
-pub use rollouts::{Clearance, Meeting, Rollouts};
+pub use rollouts::{Clearance, Rollouts};
 pub use sampling::{SAMPLES_MAX, Spacing, Window};
 pub use score::{Score, Scoring};
 pub use settings::{BrakingDistance, BrakingTurn, DistanceMode, Normalise, Prediction, Settings};
@@ -169,10 +169,46 @@ impl DynamicWindow {
         self.profile.resize(self.horizon_steps(situation), 1.0);
         self.simulate(situation, aim);
         for i in 0..self.rollouts.len() {
-            if !self.rollouts.touches(i) && self.brakes_in_time(i, situation) && self.meets_no_mover(i) {
-                self.rollouts.admissible.push(i as u32);
+            if !self.rollouts.touches(i) && self.brakes_in_time(i, situation) {
+                if self.rollouts.meets_movers(i) {
+                    self.rollouts.doubtful.push(i as u32);
+                } else {
+                    self.rollouts.admissible.push(i as u32);
+                }
             }
         }
+        &self.rollouts
+    }
+
+    /// The rollouts of this tick once more.
+    pub fn rollouts(&self) -> &Rollouts {
+        &self.rollouts
+    }
+
+    /// Admits the rollouts of this tick that meet a mover when they go on but can stop before it.
+    pub fn admit_stopping(&mut self, situation: &Situation<'_>) -> &Rollouts {
+        let mut doubtful = core::mem::take(&mut self.rollouts.doubtful);
+        if let Some(&first) = doubtful.first() {
+            let pitch_m = patch::pitch_m(situation.belief.grid());
+            let radius = (situation.robot.inscribed_radius_m() / pitch_m) as f32;
+            let mut known = (first as usize / LANES, [false; LANES]);
+            let mut is_known = false;
+            for &i in &doubtful {
+                let (number, lane) = (i as usize / LANES, i as usize % LANES);
+                if !is_known || known.0 != number {
+                    let (width, block) = (self.width, &self.blocks[number]);
+                    let course = Course { width, block, parts: &self.parts, radius, cap: 0.0 };
+                    known = (number, self.ahead.stop(&course, &self.discs));
+                    is_known = true;
+                }
+                if known.1[lane] {
+                    self.rollouts.admissible.push(i);
+                }
+            }
+            self.rollouts.admissible.sort_unstable();
+        }
+        doubtful.clear();
+        self.rollouts.doubtful = doubtful;
         &self.rollouts
     }
 
@@ -235,12 +271,6 @@ impl DynamicWindow {
         steps.max(self.horizon_steps(situation))
     }
 
-    /// Whether rollout `i` leaves the robot a way past the movers, or a way to stop before them.
-    fn meets_no_mover(&self, i: usize) -> bool {
-        let Some(meeting) = self.rollouts.meetings.get(i) else { return true };
-        meeting.going_on_s.is_infinite() || meeting.can_stop
-    }
-
     /// Whether admissible rollouts must leave the robot a way to stop before movers.
     fn looks_ahead(&self) -> bool {
         self.settings.normalise == Normalise::Fixed
@@ -253,11 +283,12 @@ impl DynamicWindow {
         self.rollouts.origin = situation.pose;
         self.rollouts.duration_s = steps as f64 * dt_s;
         self.rollouts.admissible.clear();
+        self.rollouts.doubtful.clear();
         self.rollouts.end.clear();
         self.rollouts.free_s.clear();
         self.rollouts.statics.clear();
         self.rollouts.movers.clear();
-        self.rollouts.meetings.clear();
+        self.rollouts.going_on_s.clear();
 
         let mut speed = math::max(robot.speed_max_mps, robot.reverse_speed_max_mps);
         for twist in &self.rollouts.twists {
@@ -321,8 +352,8 @@ impl DynamicWindow {
                 }
             }
             let met = if meets {
-                let course = Course { width: self.width, block, field: &field, parts: &self.parts, radius, cap };
-                self.ahead.meet(&course, &self.discs, steps)
+                let course = Course { width: self.width, block, parts: &self.parts, radius, cap };
+                self.ahead.go_on(&course, &field, &self.discs, steps)
             } else {
                 Met::NONE
             };
@@ -346,7 +377,7 @@ impl DynamicWindow {
                 if looks_ahead {
                     let going_on = met.going_on[lane];
                     let going_on_s = if going_on < FAR { f64::from(going_on) * dt_s } else { f64::INFINITY };
-                    self.rollouts.meetings.push(Meeting { going_on_s, can_stop: met.can_stop[lane] });
+                    self.rollouts.going_on_s.push(going_on_s);
                 }
             }
         }

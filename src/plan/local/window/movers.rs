@@ -10,7 +10,8 @@
 //!   Fraichard, Salhi, "Provably safe navigation for mobile robots with limited field-of-views in dynamic environments",
 //!   Autonomous Robots 32, 2012).
 //!
-//! A rollout is admissible if one of both touches no mover, each at constant velocity. A mover whose way leads into a believed
+//! A rollout is admissible if going on touches no mover, each at constant velocity; where nothing that leads anywhere is, also if
+//! stopping touches none. A mover whose way leads into a believed
 //! static cannot keep its velocity: from there on it is expected on three ways at once, straight on, mirrored and back.
 
 use crate::geometry::Vec2;
@@ -19,7 +20,7 @@ use crate::math;
 use crate::observation::{Belief, SensedObstacle};
 
 use super::lanes::{LANES, Lane, Width};
-use super::rollout::{self, Block, Braking, Disc, FAR, Field, Part};
+use super::rollout::{self, Block, Bounds, Braking, Disc, FAR, Field, Part};
 use super::{Gaps, smaller};
 
 /// A block of candidates among statics.
@@ -27,12 +28,20 @@ use super::{Gaps, smaller};
 pub(super) struct Course<'a> {
     pub(super) width: Width,
     pub(super) block: &'a Block,
-    pub(super) field: &'a Field<'a>,
     pub(super) parts: &'a [Part],
     /// Radius of the robot's inscribed disc, in units of the pitch.
     pub(super) radius: f32,
     /// Clearance up to which movers count, in units of the pitch.
     pub(super) cap: f32,
+}
+
+impl Course<'_> {
+    /// Whether a mover may come within the cap of a candidate that keeps within `bounds` for `steps` steps.
+    fn is_near(&self, disc: &Disc, bounds: &Bounds, steps: usize) -> bool {
+        let widest = self.parts.iter().map(Part::reach).fold(self.radius, |a, b| if a > b { a } else { b });
+        let disc = Disc { touch: disc.touch + widest - self.radius, ..*disc };
+        !disc.keeps_off(&self.block.step, bounds, steps, self.cap)
+    }
 }
 
 /// How the candidates of a block meet the movers.
@@ -42,13 +51,11 @@ pub(super) struct Met {
     pub(super) going_on: Lane,
     /// Least gap when going on, in units of the pitch.
     pub(super) gap: Lane,
-    /// Whether stopping touches nothing.
-    pub(super) can_stop: [bool; LANES],
 }
 
 impl Met {
     /// No mover is near.
-    pub(super) const NONE: Self = Self { going_on: [FAR; LANES], gap: [FAR; LANES], can_stop: [true; LANES] };
+    pub(super) const NONE: Self = Self { going_on: [FAR; LANES], gap: [FAR; LANES] };
 }
 
 /// Drives blocks on beyond the horizon for statics; keeps its memory.
@@ -67,20 +74,16 @@ impl Ahead {
         }
     }
 
-    /// How the candidates of a block that touch no static in the first `looked_at` steps meet the movers.
-    pub(super) fn meet(&mut self, course: &Course<'_>, discs: &[Disc], looked_at: usize) -> Met {
-        let Course { width, block, cap, .. } = *course;
+    /// How the candidates of a block that touch no static in the first `looked_at` steps meet the movers when they go on.
+    pub(super) fn go_on(&mut self, course: &Course<'_>, field: &Field<'_>, discs: &[Disc], looked_at: usize) -> Met {
+        let Course { width, block, .. } = *course;
         let steps = self.track.len();
         rollout::glide(width, block, &Braking::NEVER, &mut self.track, &mut self.headings);
         let bounds = rollout::bounds(width, &self.track);
-        let widest = course.parts.iter().map(Part::reach).fold(course.radius, |a, b| if a > b { a } else { b });
-        let is_near = |disc: &Disc| {
-            !Disc { touch: disc.touch + widest - course.radius, ..*disc }.keeps_off(&block.step, &bounds, steps, cap)
-        };
-        if !discs.iter().any(is_near) {
+        if !discs.iter().any(|disc| course.is_near(disc, &bounds, steps)) {
             return Met::NONE;
         }
-        let free = self.free_of_statics(course, looked_at);
+        let free = self.free_of_statics(course, field, looked_at);
         let mut braking = Braking { start: [FAR; LANES], loss: block.loss };
         let mut brakes = false;
         for lane in 0..LANES {
@@ -92,29 +95,24 @@ impl Ahead {
         if brakes {
             rollout::glide(width, block, &braking, &mut self.track, &mut self.headings);
         }
-        let going_on = self.pass(course, discs, is_near);
-        let is_free = |gaps: &Gaps, lane: usize| gaps.free_steps[lane] as usize >= steps;
-        let mut met = Met { gap: going_on.least, ..Met::NONE };
-        for lane in 0..LANES {
-            if !is_free(&going_on, lane) {
-                met.going_on[lane] = going_on.free_steps[lane];
-            }
-        }
-        if (0..LANES).all(|lane| is_free(&going_on, lane)) {
-            return met;
-        }
+        let gaps = self.pass(course, discs, &bounds);
+        let contact = gaps.free_steps.map(|free| if (free as usize) < steps { free } else { FAR });
+        Met { going_on: contact, gap: gaps.least }
+    }
+
+    /// Which candidates of a block touch no mover when they stop.
+    pub(super) fn stop(&mut self, course: &Course<'_>, discs: &[Disc]) -> [bool; LANES] {
+        let Course { width, block, .. } = *course;
         let at_once = Braking { start: [1.0; LANES], loss: block.loss };
         rollout::glide(width, block, &at_once, &mut self.track, &mut self.headings);
-        let stopping = self.pass(course, discs, is_near);
-        for lane in 0..LANES {
-            met.can_stop[lane] = is_free(&stopping, lane);
-        }
-        met
+        let bounds = rollout::bounds(width, &self.track);
+        let steps = self.track.len();
+        self.pass(course, discs, &bounds).free_steps.map(|free| free as usize >= steps)
     }
 
     /// Steps before the first contact with a static, on the track at hand.
-    fn free_of_statics(&mut self, course: &Course<'_>, looked_at: usize) -> Lane {
-        let Course { width, block, field, .. } = *course;
+    fn free_of_statics(&mut self, course: &Course<'_>, field: &Field<'_>, looked_at: usize) -> Lane {
+        let Course { width, block, .. } = *course;
         let arrival = block.arrival.map(|steps| steps - looked_at as f32);
         let disc = Part { centre: [0.0; 2], radius: course.radius, touch: field.touch };
         let beyond = &self.track[looked_at..];
@@ -131,16 +129,18 @@ impl Ahead {
     }
 
     /// Passes the movers on the track at hand.
-    fn pass(&mut self, course: &Course<'_>, discs: &[Disc], is_near: impl Fn(&Disc) -> bool) -> Gaps {
+    fn pass(&mut self, course: &Course<'_>, discs: &[Disc], bounds: &Bounds) -> Gaps {
         let Course { width, block, radius, .. } = *course;
+        let steps = self.track.len();
+        let is_near = |disc: &&Disc| course.is_near(disc, bounds, steps);
         let mut gaps = Gaps::new([self.track.len() as f32; LANES]);
-        for disc in discs.iter().filter(|disc| is_near(disc)) {
+        for disc in discs.iter().filter(is_near) {
             gaps.take_passing(&rollout::pass(width, &block.step, &self.track, disc), disc.touch);
         }
         for part in course.parts {
             rollout::carry_turned(width, &self.headings, part, &self.track, &mut self.carried);
             let step = part.step(block);
-            for disc in discs.iter().filter(|disc| is_near(disc)) {
+            for disc in discs.iter().filter(is_near) {
                 let disc = Disc { touch: disc.touch + part.radius - radius, ..*disc };
                 gaps.take_passing(&rollout::pass(width, &step, &self.carried, &disc), disc.touch);
             }

@@ -20,7 +20,7 @@
 //! `base_local_planner` and DWB (E. Marder-Eppstein and others; D. V. Lu, "dwb_local_planner", Navigation2: PathDist, GoalDist, PathAlign) and of
 //! the global dynamic window (O. Brock, O. Khatib, ICRA 1999: NF1 in place of the heading).
 
-use super::{Aim, Meeting, Rollouts};
+use super::{Aim, DynamicWindow, Rollouts, Score};
 use crate::geometry::{Piece, Vec2, direction};
 use crate::math;
 use crate::plan::contract::{Guidance, Situation};
@@ -207,7 +207,12 @@ impl Objective {
         // A robot does not slow down for what it has to come near to.
         let static_cap_m = math::min(d_cap_m, rollouts.stop_clearance_m());
         let share = nearness_share(rollouts.static_clearance(i).path_min_m, static_cap_m, weights.distance)
-            * self.movers_share(rollouts.meeting(i), rollouts.mover_clearance(i).path_min_m, d_cap_m, weights.distance);
+            * self.movers_share(
+                rollouts.going_on_s(i),
+                rollouts.mover_clearance(i).path_min_m,
+                d_cap_m,
+                weights.distance,
+            );
         let gain = gain_m / self.reach_m;
         let speed = math::clamp(twist.v, 0.0, self.cap_mps) / self.speed_max_mps;
         let excess = math::max(twist.v - self.cap_mps, 0.0) / self.speed_max_mps;
@@ -220,12 +225,32 @@ impl Objective {
             - if leads_nowhere { STANDING } else { 0.0 }
     }
 
+    /// The best rollout of this tick by `score`, where it leads anywhere without those that have to stop before a mover, else with
+    /// them; `None` if no rollout is admissible.
+    pub(crate) fn best(
+        &self,
+        window: &mut DynamicWindow,
+        situation: &Situation<'_>,
+        scores: &mut Score,
+        score: impl Fn(&Rollouts, usize) -> f64,
+    ) -> Option<usize> {
+        let mut choose = |rollouts: &Rollouts| {
+            let mut scoring = scores.over(rollouts);
+            scoring.set(|i| score(rollouts, i));
+            scoring.best().map(|best| (best, scoring.score(best)))
+        };
+        match choose(window.rollouts()) {
+            Some((best, score)) if score > -0.5 * STANDING => Some(best),
+            _ => choose(window.admit_stopping(situation)).map(|(best, _)| best),
+        }
+    }
+
     /// Share of its progress that a rollout keeps with respect to movers.
-    fn movers_share(&self, meeting: Meeting, clearance_m: f64, d_cap_m: f64, weight: f64) -> f64 {
-        if meeting.going_on_s.is_infinite() {
+    fn movers_share(&self, going_on_s: f64, clearance_m: f64, d_cap_m: f64, weight: f64) -> f64 {
+        if going_on_s.is_infinite() {
             nearness_share(clearance_m, d_cap_m, weight)
         } else {
-            BRAKING_SHARE * meeting.going_on_s / self.movers_horizon_s
+            BRAKING_SHARE * going_on_s / self.movers_horizon_s
         }
     }
 }

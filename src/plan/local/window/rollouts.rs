@@ -28,21 +28,6 @@ impl Clearance {
     }
 }
 
-/// How a rollout meets the movers, each at constant velocity.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Meeting {
-    /// Time until the first contact if the robot goes on with the twist, and brakes only for a static or its target, s; infinite
-    /// if there is none within the horizon for movers.
-    pub going_on_s: f64,
-    /// Whether the robot touches no mover within that horizon if it brakes after the first control period and stands.
-    pub can_stop: bool,
-}
-
-impl Meeting {
-    /// No mover is met.
-    pub const NONE: Self = Self { going_on_s: f64::INFINITY, can_stop: true };
-}
-
 /// The rollouts of one cycle, by index: speed varies slowest, yaw rate fastest, both ascending.
 #[derive(Clone, Debug)]
 pub struct Rollouts {
@@ -57,9 +42,11 @@ pub struct Rollouts {
     pub(super) free_s: Vec<f64>,
     pub(super) statics: Vec<Clearance>,
     pub(super) movers: Vec<Clearance>,
-    /// With fixed scales: how the movers are met.
-    pub(super) meetings: Vec<Meeting>,
+    /// With fixed scales: time until the first contact with a mover, s.
+    pub(super) going_on_s: Vec<f64>,
     pub(super) admissible: Vec<u32>,
+    /// Those that only the movers keep from being admissible.
+    pub(super) doubtful: Vec<u32>,
 }
 
 impl Rollouts {
@@ -73,8 +60,9 @@ impl Rollouts {
             free_s: Vec::new(),
             statics: Vec::new(),
             movers: Vec::new(),
-            meetings: Vec::new(),
+            going_on_s: Vec::new(),
             admissible: Vec::new(),
+            doubtful: Vec::new(),
         }
     }
 
@@ -110,9 +98,15 @@ impl Rollouts {
         if twist.v * self.duration_s <= arc_m { self.end(i) } else { self.origin.advance(twist, arc_m / twist.v) }
     }
 
-    /// How rollout `i` meets the movers; only with fixed scales.
-    pub fn meeting(&self, i: usize) -> Meeting {
-        self.meetings[i]
+    /// Time until rollout `i` touches a mover if the robot goes on with its twist and brakes only for a static or its target, s;
+    /// infinite if it touches none within the horizon for movers. Only with fixed scales.
+    pub fn going_on_s(&self, i: usize) -> f64 {
+        self.going_on_s[i]
+    }
+
+    /// Whether rollout `i` touches a mover beyond what [`Self::touches`] says.
+    pub(super) fn meets_movers(&self, i: usize) -> bool {
+        self.going_on_s.get(i).is_some_and(|time_s| time_s.is_finite())
     }
 
     /// Clearance of rollout `i` from the believed statics and the edge of the map.

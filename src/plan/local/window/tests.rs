@@ -289,8 +289,10 @@ fn every_width_of_lanes_gives_the_same_bits() {
         let mut plain = DynamicWindow { width: Width::PLAIN, ..DynamicWindow::new(settings) };
         let situation = observe(&belief, robot, pose, twist, &movers);
         let aim = Aim { arrival_m: if case % 7 < 3 { 1.3 } else { f64::INFINITY }, ..Aim::ON };
-        let (wide, plain) = (wide.roll(&situation, &aim), plain.roll(&situation, &aim));
-        assert_eq!((&wide.admissible, &wide.meetings), (&plain.admissible, &plain.meetings));
+        wide.roll(&situation, &aim);
+        plain.roll(&situation, &aim);
+        let (wide, plain) = (wide.admit_stopping(&situation), plain.admit_stopping(&situation));
+        assert_eq!((&wide.admissible, &wide.going_on_s), (&plain.admissible, &plain.going_on_s));
         let bits = |rollouts: &Rollouts| {
             let clearances = rollouts.statics.iter().chain(&rollouts.movers).flat_map(|c| [c.path_min_m, c.end_m]);
             let ends = rollouts.end.iter().flat_map(|end| [end.x, end.y]);
@@ -525,7 +527,9 @@ fn the_two_ways_past_the_movers_agree_with_small_steps() {
         };
         let mut window = DynamicWindow::new(settings);
         let movers = [mover];
-        let rollouts = window.roll(&observe(&belief, &robot, pose, twist, &movers), &Aim::ON);
+        let situation = observe(&belief, &robot, pose, twist, &movers);
+        let passes: Vec<usize> = window.roll(&situation, &Aim::ON).admissible().collect();
+        let rollouts = window.admit_stopping(&situation);
         for i in 0..rollouts.len() {
             let gap = |brake_s: f64| {
                 let mut least = f64::INFINITY;
@@ -537,14 +541,14 @@ fn the_two_ways_past_the_movers_agree_with_small_steps() {
             };
             // The room of 5 cm, and what the bound between two poses takes off: at most ¼ (0.2 m)² over the distance, 2 cm.
             let (going_on, stopping) = (gap(f64::INFINITY), gap(0.1));
-            let meeting = rollouts.meeting(i);
-            if meeting.going_on_s.is_infinite() {
+            assert_eq!(passes.contains(&i), rollouts.going_on_s(i).is_infinite());
+            if passes.contains(&i) {
                 assert!(going_on > 0.049, "{going_on}");
                 passed += 1;
             } else {
                 assert!(going_on < 0.075, "{going_on}");
                 hit += 1;
-                if meeting.can_stop {
+                if rollouts.admissible().any(|admitted| admitted == i) {
                     assert!(stopping > 0.049, "{stopping}");
                     stopped += 1;
                 } else {
@@ -572,8 +576,8 @@ fn a_rollout_that_ends_at_a_rack_stands_there_in_the_way_of_the_mover() {
     let mut window = DynamicWindow::new(Settings { horizon_s: None, ..settings });
     let rollouts = window.roll(&situation, &Aim::ON);
     let straight = (0..rollouts.len()).find(|&i| rollouts.twist(i) == Twist { v: 0.6, omega: 0.0 }).unwrap();
-    assert!(rollouts.meeting(straight).going_on_s.is_finite(), "it would stand at x = 11.7, in the mover's way");
-    assert!(rollouts.meeting(straight).can_stop, "and may stop short of it");
+    assert!(rollouts.admissible().all(|i| i != straight), "it would stand at x = 11.7, in the mover's way");
+    assert!(window.admit_stopping(&situation).admissible().any(|i| i == straight), "and may stop short of it");
 }
 
 #[test]
@@ -612,10 +616,9 @@ fn a_robot_at_rest_leaves_the_lane_of_a_mover() {
     for _ in 0..60 {
         let movers = [mover.clone()];
         let situation = observe(&belief, &robot, pose, twist, &movers);
-        let standing = {
-            let rollouts = window.roll(&situation, &Aim::ON);
-            rollouts.admissible().find(|&i| rollouts.twist(i) == Twist::ZERO)
-        };
+        window.roll(&situation, &Aim::ON);
+        let rollouts = window.admit_stopping(&situation);
+        let standing = rollouts.admissible().find(|&i| rollouts.twist(i) == Twist::ZERO);
         let command = match standing {
             Some(_) => Twist::ZERO,
             None => window.decide(None, &situation, Vec2::new(20.0, 30.0)).command,
