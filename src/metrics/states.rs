@@ -1,14 +1,15 @@
 //! Time that a local planner spent in each of its states, and how often it entered each.
 
 use crate::plan::contract::StateKind;
-use crate::trace::{Trace, time_s};
+use crate::trace::Trace;
 
 /// The time that a local planner spent in one of its states in one episode: a row of `states.csv`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateTime {
     /// Name of the state.
     pub state: String,
-    /// Time in it, s: ticks decided in the state times dt. Over all states it is the time of the episode.
+    /// Time in it, s: ticks decided in the state times dt, a last one that a contact ended up to there. Over all states it is the
+    /// time of the episode.
     pub seconds: f64,
     /// Number of times that it was entered: maximal runs of ticks.
     pub entries: u32,
@@ -16,29 +17,27 @@ pub struct StateTime {
 
 /// The states of an episode in the order in which they were first entered; empty if no tick was driven.
 pub fn states(trace: &Trace, dt_s: f64) -> Vec<StateTime> {
-    let mut found: Vec<(&str, u32, u32)> = Vec::new();
+    let mut found: Vec<(&str, u32)> = Vec::new();
     let mut before = None;
     // Row 0 is the state before the first decision.
     for tick in trace.ticks.iter().skip(1) {
         let name = tick.state.name;
-        let index = found.iter().position(|(known, ..)| *known == name).unwrap_or_else(|| {
-            found.push((name, 0, 0));
+        let index = found.iter().position(|(known, _)| *known == name).unwrap_or_else(|| {
+            found.push((name, 0));
             found.len() - 1
         });
-        found[index].1 += 1;
-        found[index].2 += u32::from(before != Some(name));
+        found[index].1 += u32::from(before != Some(name));
         before = Some(name);
     }
+    let seconds = |name: &str| trace.time_where_s(dt_s, |tick| tick.state.name == name);
     let times = found.into_iter();
-    times
-        .map(|(name, ticks, entries)| StateTime { state: name.to_owned(), seconds: time_s(ticks, dt_s), entries })
-        .collect()
+    times.map(|(name, entries)| StateTime { state: name.to_owned(), seconds: seconds(name), entries }).collect()
 }
 
-/// Time that the local planner spent in states of one kind, s: ticks decided in them times dt.
+/// Time that the local planner spent in states of one kind, s: ticks decided in them times dt, a last one that a contact ended up
+/// to there.
 pub(super) fn kind_s(trace: &Trace, kind: StateKind, dt_s: f64) -> f64 {
-    let ticks = trace.ticks.iter().skip(1).filter(|tick| tick.state.kind == kind).count();
-    time_s(ticks as u32, dt_s)
+    trace.time_where_s(dt_s, |tick| tick.state.kind == kind)
 }
 
 #[cfg(test)]

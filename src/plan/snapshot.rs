@@ -3,7 +3,7 @@
 //! The format is that of postcard; floats are kept bit for bit. A value read back equals the value written, and a planner
 //! gives the same answer to both.
 
-use super::contract::{Budget, Decision, Entry, Guidance, Notes, Randomness, Request, Situation, State, StateKind};
+use super::contract::{Arrival, Budget, Decision, Entry, Guidance, Notes, Randomness, Request, Situation, State, StateKind};
 use crate::geometry::{KeyNode, Path, Pose, Twist, Vec2};
 use crate::observation::{Belief, Scan, SensedObstacle};
 use crate::robot::Robot;
@@ -54,13 +54,14 @@ pub struct SituationSnapshot {
     /// Bearing of the first ray, step between two, ranges.
     scan: Option<(f64, f64, Vec<f64>)>,
     goal: Vec2,
+    arrival: Arrival,
     random: Randomness,
     budget: Budget,
 }
 
 impl From<&Situation<'_>> for SituationSnapshot {
     fn from(situation: &Situation<'_>) -> Self {
-        let Situation { tick, dt_s, pose, twist, robot, belief, obstacles, scan, goal, random, budget } = *situation;
+        let Situation { tick, dt_s, pose, twist, robot, belief, obstacles, scan, goal, arrival, random, budget } = *situation;
         Self {
             tick,
             dt_s,
@@ -71,6 +72,7 @@ impl From<&Situation<'_>> for SituationSnapshot {
             obstacles: obstacles.to_vec(),
             scan: scan.map(|scan| (scan.bearing_first_rad, scan.bearing_step_rad, scan.ranges_m.to_vec())),
             goal,
+            arrival,
             random,
             budget,
         }
@@ -80,7 +82,7 @@ impl From<&Situation<'_>> for SituationSnapshot {
 impl SituationSnapshot {
     /// The situation, borrowed from this one.
     pub fn situation(&self) -> Situation<'_> {
-        let Self { tick, dt_s, pose, twist, robot, belief, obstacles, scan, goal, random, budget } = self;
+        let Self { tick, dt_s, pose, twist, robot, belief, obstacles, scan, goal, arrival, random, budget } = self;
         let scan = scan.as_ref().map(|(bearing_first_rad, bearing_step_rad, ranges_m)| Scan {
             bearing_first_rad: *bearing_first_rad,
             bearing_step_rad: *bearing_step_rad,
@@ -96,6 +98,7 @@ impl SituationSnapshot {
             obstacles,
             scan,
             goal: *goal,
+            arrival: *arrival,
             random: *random,
             budget: *budget,
         }

@@ -33,7 +33,7 @@ fn scripted(local: impl FnMut(&Situation<'_>, &Guidance<'_>) -> Twist + Send + '
 fn run(scene: &Scene, stack: &mut Stack, termination: &TerminationSpec) -> (Outcome, Runner) {
     let mut runner = Runner::default();
     let outcome =
-        runner.run(Setting { scene, robot: &Robot::default(), conditions: &Conditions::default(), termination }, stack);
+        runner.run(Setting { scene, robot: &Robot::default(), conditions: &Conditions::default(), termination, way_m: None }, stack);
     (outcome, runner)
 }
 

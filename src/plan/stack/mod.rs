@@ -3,6 +3,7 @@
 //! The local planner steers for one point of the global path at a time, the *sub-goal*, which a rule of [`sub_goal`] chooses. A
 //! rule of [`replan`] says when the global planner is asked again.
 
+mod arrival;
 mod pending;
 mod pipeline;
 mod planning;
@@ -25,7 +26,7 @@ pub use sub_goal::SubGoals;
 
 use super::PlanningGrid;
 use super::contract::{
-    Budget, Decision, Entry, Failure, GlobalPlanner, LocalPlanner, PathStage, Plan, Request, Situation, StateKind, Task,
+    Arrival, Budget, Decision, Entry, Failure, GlobalPlanner, LocalPlanner, PathStage, Plan, Request, Situation, StateKind, Task,
 };
 use crate::clock::Stopwatch;
 use crate::geometry::{Path, Vec2};
@@ -201,6 +202,10 @@ impl Stack {
         if self.drive.route.revision == 0 {
             return Ok(Decision::STAND);
         }
+        if let Some(decision) = arrival::decide(situation) {
+            (self.drive.coming_decision, self.drive.decision) = (None, decision);
+            return Ok(decision);
+        }
         let grid = self.global.is_some().then_some(&self.grid);
         self.planning.sub_goals.kind().advance(&mut self.drive.route, situation.pose.position, grid);
 
@@ -277,6 +282,22 @@ impl Stack {
     /// Whether the robot stands on purpose or because no path is ready yet; such a robot is not stuck.
     pub fn is_waiting(&self) -> bool {
         self.drive.coming_path.is_some() || self.drive.decision.state.kind == StateKind::Waiting
+    }
+
+    /// Whether the robot stands before a mover: one that it senses touches the next 2 m of its path, as wide as the robot.
+    pub fn is_held(&self, situation: &Situation<'_>) -> bool {
+        const AHEAD_M: f64 = 2.0;
+        const STEP_M: f64 = 0.1;
+        let Route { path, progress_m, revision, .. } = &self.drive.route;
+        let stands = situation.twist.v.abs() <= Arrival::SPEED_MPS;
+        if !stands || situation.obstacles.is_empty() || *revision == 0 {
+            return false;
+        }
+        let radius_m = situation.robot.radius_m;
+        (0..=(AHEAD_M / STEP_M) as u32).any(|step| {
+            let point = path.point_at(progress_m + STEP_M * f64::from(step));
+            situation.obstacles.iter().any(|mover| mover.outline.distance_m(mover.position, point) < radius_m)
+        })
     }
 
     /// The path in force.

@@ -62,6 +62,7 @@ impl Course {
             };
             *cruise = match mover.on_static {
                 OnStatic::Stop => Vec2::zeros(),
+                OnStatic::TurnBack => -leg.velocity,
                 OnStatic::Reflect | OnStatic::Pass => {
                     let mirrored = leg.velocity - 2.0 * leg.velocity.dot(&hit.normal) * hit.normal;
                     // Scaled back, so that rounding never changes the speed.

@@ -99,6 +99,8 @@ pub enum OnStatic {
     Pass,
     /// Stands still there for the rest of the episode.
     Stop,
+    /// Goes back the way it came, on its own line: the cart that meets a pallet in its aisle.
+    TurnBack,
 }
 
 /// What a mover does about the robot.
