@@ -221,6 +221,7 @@ impl Runner {
                 robot,
                 belief,
                 obstacles: sensed,
+                remembered: world.remembered(),
                 scan: world.scan(),
                 goal: world.goal(),
                 arrival: termination.arrival(&world),

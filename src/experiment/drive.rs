@@ -89,8 +89,7 @@ impl Experiment {
         let mut runner = Runner::in_full();
         let setup = &self.points[point as usize];
         let here = &setup.stacks[stack_index];
-        let measured =
-            setup.drive(setup.seed(episode), &scene, setup.ways(&scene), &here.spec, &mut None, &mut runner);
+        let measured = setup.drive(setup.seed(episode), &scene, setup.ways(&scene), &here.spec, &mut None, &mut runner);
         let outcome = measured.outcome.clone();
         let row = self.row(point, here, episode, measured);
         let Record { trace, detail, .. } = runner.record;

@@ -159,6 +159,9 @@ pub struct Situation<'a> {
     pub belief: &'a Belief,
     /// Moving obstacles in sensor range, in the order of the scenario.
     pub obstacles: &'a [SensedObstacle],
+    /// Moving obstacles that were sensed before and are not now, where they were sensed last; each until the robot sees that it is no
+    /// longer there.
+    pub remembered: &'a [SensedObstacle],
     /// Ranges of the scanner, if the robot has one.
     pub scan: Option<Scan<'a>>,
     /// Goal of the episode, grid frame, m.
@@ -182,6 +185,7 @@ impl<'a> Situation<'a> {
             robot,
             belief,
             obstacles: &[],
+            remembered: &[],
             scan: None,
             goal,
             arrival: Arrival::default(),

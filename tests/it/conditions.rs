@@ -332,7 +332,8 @@ fn a_goal_that_moves_is_planned_for_whatever_the_rule() {
         let mut runner = Runner::default();
         let robot = Robot::default();
         let (conditions, termination) = (Conditions::default(), TerminationSpec::default());
-        let setting = Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination, way_m: None };
+        let setting =
+            Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination, way_m: None };
         let outcome = runner.run(setting, &mut stack);
         assert_eq!(outcome, Outcome::Success);
         let trace = &runner.record.trace;

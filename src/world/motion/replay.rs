@@ -154,9 +154,10 @@ mod tests {
         // The first second is a hole for anything that bridges less.
         let replay = Replay { gap_max_s: 0.9, ..replay(true) };
         let is_present = |begin_s: f64| replay.is_present(Span { begin_s, lasts_s: 0.1 });
-        assert_eq!([0.9, 1.0, 1.5, 1.9, 1.95, 2.0, 2.4, 7.0].map(is_present), [
-            false, false, false, false, false, true, true, true
-        ]);
+        assert_eq!(
+            [0.9, 1.0, 1.5, 1.9, 1.95, 2.0, 2.4, 7.0].map(is_present),
+            [false, false, false, false, false, true, true, true]
+        );
         let digest = |gap_max_s: f64| {
             let mut digest = Digest::default();
             MotionKind::digest(&Replay { gap_max_s, ..replay.clone() }, &mut digest);

@@ -248,6 +248,12 @@ impl<'s> World<'s> {
         self.perception.scan()
     }
 
+    /// The movers that the robot sensed before and not the last time, where it sensed them last; each until it sees that it is no longer
+    /// there.
+    pub fn remembered(&self) -> &[SensedObstacle] {
+        self.perception.remembered()
+    }
+
     /// The movers as they are now, in the scene's order.
     pub fn movers(&self) -> &[Mover] {
         &self.movers.states

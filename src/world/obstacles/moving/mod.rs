@@ -216,11 +216,6 @@ impl Mover {
         self.outline.circumradius_m()
     }
 
-    /// The point of its outline that is nearest to `p`; `p` itself inside.
-    pub(in crate::world) fn nearest_point(&self, p: Vec2) -> Vec2 {
-        self.outline.nearest_point(self.position, p)
-    }
-
     /// Signed distance between a body and the mover with its centre at `position`, m: negative where they overlap.
     pub fn gap_m(&self, position: Vec2, body: &Body) -> f64 {
         self.outline.gap_m(position, body)
