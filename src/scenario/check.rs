@@ -30,7 +30,6 @@ impl Scenario {
     pub fn consistent(&self) -> Result<(), ScenarioError> {
         self.consistent_limits()?;
         self.consistent_termination()?;
-        self.consistent_goal()?;
         self.consistent_actuation()?;
         self.consistent_stacks()?;
         self.sweep.consistent()
@@ -78,7 +77,7 @@ impl Scenario {
     }
 
     /// Checks that a heading of a goal counts for something.
-    fn consistent_goal(&self) -> Result<(), ScenarioError> {
+    fn check_heading(&self) -> Result<(), ScenarioError> {
         if self.termination.arrive == Arrive::Stand {
             return Ok(());
         }
@@ -180,6 +179,7 @@ impl Scenario {
 
     /// Checks the scenario against `map`, which is its own.
     pub(super) fn check_on(&self, map: &StaticMap, folder: &Path) -> Result<(), ScenarioError> {
+        self.check_heading()?;
         let robot = Robot::new(&self.robot, &self.limits);
         let start = self.start.given(&map.grid).map(|(position, _)| position);
         let goal = self.goal.given(&map.grid);

@@ -60,8 +60,8 @@ mod tests {
     #[test]
     fn it_brakes_and_turns_the_short_way_without_swinging() {
         let robot = Robot::default();
-        // 0.5 m/s less 0.05 m/s a tick: below 0.05 m/s after 9 of them.
-        assert_eq!((ticks_to_stand(0.0, None, &robot), ticks_to_stand(0.5, None, &robot)), (0, 9));
+        // 0.49 m/s less 0.05 m/s a tick: below 0.05 m/s after 9 of them.
+        assert_eq!((ticks_to_stand(0.0, None, &robot), ticks_to_stand(0.49, None, &robot)), (0, 9));
         // 1 rad/s after 0.5 s, then π rad less the way of both ramps; a swing would take longer.
         for heading in [math::PI, -3.0, 1.5, -1.5, 0.11] {
             let turn_s = wrap_angle(heading).abs() / robot.yaw_rate_max_radps + 1.0;
