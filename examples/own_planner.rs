@@ -55,7 +55,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     for episode in 0..5 {
         let seed = EpisodeSeed { seed: 1, episode };
         let scene = Scene::generate(&SceneSpec::default(), &map, &robot, seed)?;
-        let setting = Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination };
+        let setting =
+            Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination, way_m: None };
         let outcome = runner.run(setting, &mut stack);
         let time_s = (runner.record.trace.ticks.len() - 1) as f64 * DT_S;
         println!("episode {episode}: {} after {time_s:.1} s", outcome.name());

@@ -3,14 +3,15 @@
 mod outcome;
 
 use crate::clock::Stopwatch;
-use crate::geometry::{Pose, Vec2};
+use crate::geometry::{Pose, Twist, Vec2};
+use crate::math;
 use crate::observation::{Belief, SensedObstacle};
-use crate::plan::contract::{Decision, Failure, Randomness, Situation, StateKind};
+use crate::plan::contract::{Arrival, Decision, Failure, Randomness, Situation, StateKind};
 use crate::plan::stack::Stack;
 use crate::robot::Robot;
 use crate::settings::quantity::{NonNegative, Positive};
-use crate::trace::{Detail, MoverState, PlannedPath, Tick, Trace};
-use crate::world::{Conditions, Scene, World};
+use crate::trace::{Detail, MoverState, PlannedPath, Tick, Trace, to_nanosecond};
+use crate::world::{Conditions, Contact, Scene, World};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -24,42 +25,80 @@ pub use outcome::{Outcome, Parts};
 pub struct TerminationSpec {
     /// Distance of the robot's centre from the goal that counts as arrived, m; default 0.25.
     pub goal_tolerance_m: NonNegative,
-    /// Time-out as a multiple of the time that the straight line takes at the highest speed; default 10.
+    /// Whether it is enough to come that near; default `pass`.
+    pub arrive: Arrive,
+    /// Where the goal has a heading: how far the robot's may differ from it where it has to stand, rad; default 0.1.
+    pub heading_tolerance_rad: Positive,
+    /// Time-out as a multiple of the time that the shortest way takes at the highest speed and half a turn at the highest yaw rate;
+    /// default 10. The shortest way is the column `shortest_m`; where that is empty, the grid's on the known map, from goal to goal
+    /// of the script; the straight line where there is none.
     pub timeout_factor: Positive,
     /// Time-out, s; replaces the multiple where given.
     #[schemars(example = 300.0)]
     pub timeout_s: Option<Positive>,
     /// The robot is stuck when it stays within this distance of where it was, m, …; default 0.3.
     pub stuck_radius_m: Positive,
-    /// … for this long, s, while no path is being planned; default 30, longer than any planned wait.
+    /// … for this long, s, while no path is being planned and the local planner does not say that it waits; default 30, longer than
+    /// any planned wait.
     pub stuck_after_s: Positive,
+    /// Whether time counts in which the robot turns at 0.9 of its highest yaw rate or faster; default false: it makes progress, but
+    /// by no more than one full turn on one spot.
+    pub stuck_while_turning: bool,
+    /// Whether time counts in which the robot stands before a mover: one that it senses touches the next 2 m of its path, as wide as
+    /// the robot. Default false: it waits. An episode that waits to its end is a `timeout`.
+    pub stuck_behind_movers: bool,
+}
+
+/// How the robot has to arrive at its goal.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Arrive {
+    /// It comes within the tolerance, at any speed.
+    #[default]
+    Pass,
+    /// It stands there, below 0.05 m/s and 0.1 rad/s, and has the goal's heading if that has one. Within the tolerance the stack
+    /// takes over from the local planner: it brakes, then turns on the spot.
+    Stand,
 }
 
 impl Default for TerminationSpec {
     fn default() -> Self {
         Self {
             goal_tolerance_m: NonNegative::new(0.25),
+            arrive: Arrive::default(),
+            heading_tolerance_rad: Positive::new(0.1),
             timeout_factor: Positive::new(10.0),
             timeout_s: None,
             stuck_radius_m: Positive::new(0.3),
             stuck_after_s: Positive::new(30.0),
+            stuck_while_turning: false,
+            stuck_behind_movers: false,
         }
     }
 }
 
 impl TerminationSpec {
-    /// The tick at which the episode times out: at least 1, at most a day of simulated time.
-    pub fn tick_max(&self, scene: &Scene, robot: &Robot, dt_s: f64) -> u32 {
+    /// The tick at which the episode times out, for a shortest way of `way_m`: at least 1, at most a day of simulated time.
+    pub fn tick_max(&self, way_m: f64, robot: &Robot, dt_s: f64) -> u32 {
         const DAY_S: f64 = 86_400.0;
-        let straight_m = (scene.goal - scene.start.position).norm();
-        let timeout_s =
-            self.timeout_s.map_or(self.timeout_factor.get() * straight_m / robot.speed_max_mps, Positive::get);
+        let way_s = way_m / robot.speed_max_mps + math::PI / robot.yaw_rate_max_radps;
+        let timeout_s = self.timeout_s.map_or(self.timeout_factor.get() * way_s, Positive::get);
         ((timeout_s / dt_s).ceil().clamp(1.0, DAY_S / dt_s)) as u32
     }
 
-    /// Whether the robot is at its goal.
+    /// What counts as arrived at the goal in force.
+    fn arrival(&self, world: &World<'_>) -> Arrival {
+        Arrival {
+            tolerance_m: self.goal_tolerance_m.get(),
+            must_stand: self.arrive == Arrive::Stand,
+            heading_rad: world.goal_heading_rad(),
+            heading_tolerance_rad: self.heading_tolerance_rad.get(),
+        }
+    }
+
+    /// Whether the robot has arrived.
     fn is_reached(&self, world: &World<'_>) -> bool {
-        (world.goal() - world.pose().position).norm() <= self.goal_tolerance_m.get()
+        self.arrival(world).is_met(world.goal(), world.pose(), world.twist())
     }
 }
 
@@ -126,6 +165,8 @@ pub struct Setting<'a> {
     pub conditions: &'a Conditions,
     /// Conditions under which the episode ends.
     pub termination: &'a TerminationSpec,
+    /// Length of the shortest way from start to goal, by which the time-out goes, m; `None` takes the straight line.
+    pub way_m: Option<f64>,
 }
 
 impl Runner {
@@ -156,7 +197,7 @@ impl Runner {
     }
 
     fn drive(&mut self, setting: Setting<'_>, stack: &mut Stack) -> Outcome {
-        let Setting { scene, robot, conditions, termination } = setting;
+        let Setting { scene, robot, conditions, termination, way_m } = setting;
         let Self { sensed, belief, record, .. } = self;
         let clock = Stopwatch::start();
         let mut world = World::new(scene, robot, conditions);
@@ -167,8 +208,9 @@ impl Runner {
         record.timings.world_s = clock.elapsed_s();
 
         let dt_s = conditions.control_period_s.get();
-        let mut stuck = StuckWatch::new(scene.start.position, termination, dt_s);
-        for tick in 0..termination.tick_max(scene, robot, dt_s) {
+        let way_m = way_m.unwrap_or_else(|| (scene.goal - scene.start.position).norm());
+        let mut stuck = StuckWatch::new(scene.start.position, termination, robot, dt_s);
+        for tick in 0..termination.tick_max(way_m, robot, dt_s) {
             world.sense(belief, sensed);
             record.note_senses(tick, &world, belief, sensed);
             let situation = Situation {
@@ -179,8 +221,10 @@ impl Runner {
                 robot,
                 belief,
                 obstacles: sensed,
+                remembered: world.remembered(),
                 scan: world.scan(),
                 goal: world.goal(),
+                arrival: termination.arrival(&world),
                 random: Randomness::new(conditions.seed, tick),
                 budget: stack.budget(),
             };
@@ -191,6 +235,13 @@ impl Runner {
                 record.push_start(&world, stack, sensed.len());
                 match planned {
                     Err(Failure::Fault(message)) => return Outcome::PlannerError { message },
+                    // What the script has put upon the robot hits it: no planner had a say.
+                    Err(_) if world.is_in_contact() => {
+                        let step = world.step(Twist::ZERO);
+                        let (believed, sensed) = (world.believed_pose(), sensed.len());
+                        record.push(&world, stack, 1, believed, Decision::STAND, step.clearance_low_m, sensed);
+                        return step.contact.map_or(Outcome::Timeout, |contact| record.collision(contact));
+                    }
                     Err(failure) => return Outcome::NoPath { message: failure.to_string() },
                     Ok(()) => {}
                 }
@@ -211,18 +262,19 @@ impl Runner {
             record.trace.recoveries += u32::from(decision.state.kind == StateKind::Recovering);
 
             let believed = situation.pose;
+            let is_held = stuck.looks_for_movers() && stack.is_held(&situation);
             let clock = Stopwatch::start();
             let step = world.step(decision.command);
             record.timings.physics_s += clock.elapsed_s();
             record.push(&world, stack, tick + 1, believed, decision, step.clearance_low_m, sensed.len());
 
             if let Some(contact) = step.contact {
-                return Outcome::Collision { with: contact.with, at_rest: contact.at_rest };
+                return record.collision(contact);
             }
             if termination.is_reached(&world) {
                 return Outcome::Success;
             }
-            if stuck.is_stuck(world.pose().position, tick + 1, stack.is_waiting()) {
+            if stuck.is_stuck(world.pose().position, world.odometry(), stack.is_waiting(), is_held) {
                 return Outcome::Stuck;
             }
         }
@@ -230,26 +282,52 @@ impl Runner {
     }
 }
 
+/// Share of the highest yaw rate from which a robot counts as turning as fast as it can.
+const FULL_TURN_SHARE: f64 = 0.9;
+
 /// Watches whether the robot makes progress.
-struct StuckWatch {
-    /// Position and tick at which it last counted as moving.
-    anchor: (Vec2, u32),
-    radius_m: f64,
+struct StuckWatch<'a> {
+    termination: &'a TerminationSpec,
+    dt_s: f64,
+    /// Ticks after which the robot is stuck.
     ticks: u32,
+    /// Yaw rate from which it turns as fast as it can, rad/s.
+    full_turn_radps: f64,
+    /// Position at which it last counted as moving, and how many ticks have counted since.
+    anchor: Vec2,
+    counted: u32,
+    /// Angle that it has turned there as fast as it can, rad.
+    turned_rad: f64,
 }
 
-impl StuckWatch {
-    fn new(start: Vec2, termination: &TerminationSpec, dt_s: f64) -> Self {
+impl<'a> StuckWatch<'a> {
+    fn new(start: Vec2, termination: &'a TerminationSpec, robot: &Robot, dt_s: f64) -> Self {
         let ticks = (termination.stuck_after_s.get() / dt_s).ceil() as u32;
-        Self { anchor: (start, 0), radius_m: termination.stuck_radius_m.get(), ticks }
+        let fastest = robot.within_wheel_limits(Twist { v: 0.0, omega: robot.yaw_rate_max_radps });
+        let full_turn_radps = FULL_TURN_SHARE * fastest.omega;
+        Self { termination, dt_s, ticks, full_turn_radps, anchor: start, counted: 0, turned_rad: 0.0 }
     }
 
-    /// Whether the robot has stayed where it was for too long by `tick`; a robot that waits on purpose or for its path is not stuck.
-    fn is_stuck(&mut self, position: Vec2, tick: u32, is_waiting: bool) -> bool {
-        if is_waiting || (position - self.anchor.0).norm() > self.radius_m {
-            self.anchor = (position, tick);
+    /// Whether it matters if the robot stands before a mover.
+    fn looks_for_movers(&self) -> bool {
+        !self.termination.stuck_behind_movers
+    }
+
+    /// Whether the robot has stayed where it was for too long after one more tick. A robot that waits on purpose or for its path is
+    /// not stuck; time in which it is held by a mover or turns as fast as it can does not count.
+    fn is_stuck(&mut self, position: Vec2, wheels: Twist, is_waiting: bool, is_held: bool) -> bool {
+        if is_waiting || (position - self.anchor).norm() > self.termination.stuck_radius_m.get() {
+            (self.anchor, self.counted, self.turned_rad) = (position, 0, 0.0);
+            return false;
         }
-        tick - self.anchor.1 >= self.ticks
+        let turns = !self.termination.stuck_while_turning
+            && wheels.omega.abs() >= self.full_turn_radps
+            && self.turned_rad < math::TAU;
+        if turns {
+            self.turned_rad += wheels.omega.abs() * self.dt_s;
+        }
+        self.counted += u32::from(!turns && !is_held);
+        self.counted >= self.ticks
     }
 }
 
@@ -260,6 +338,12 @@ impl Record {
         let mut local_s = core::mem::take(&mut self.timings.local_s);
         local_s.clear();
         self.timings = Timings { local_s, ..Timings::default() };
+    }
+
+    /// The outcome of a contact, whose moment ends the trace.
+    fn collision(&mut self, contact: Contact) -> Outcome {
+        self.trace.contact_s = Some(to_nanosecond(contact.time_s));
+        Outcome::Collision { with: contact.with, at_rest: contact.at_rest }
     }
 
     fn note_senses(&mut self, tick: u32, world: &World<'_>, belief: &Belief, sensed: &[SensedObstacle]) {

@@ -47,7 +47,7 @@
 //! let (global, local) = (GlobalChoice::by_name("a_star")?, LocalChoice::by_name("dwa")?);
 //! let mut stack = Stack::new(Some(global.build()), Vec::new(), local.build());
 //! let (conditions, termination) = (Conditions::default(), TerminationSpec::default());
-//! let setting = Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination };
+//! let setting = Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination, way_m: None };
 //! let outcome = Runner::default().run(setting, &mut stack);
 //! assert_eq!(outcome, Outcome::Success);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

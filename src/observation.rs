@@ -34,6 +34,23 @@ impl Belief {
         self.added.clear();
     }
 
+    /// Becomes a copy of `other`. Buffers are reused.
+    pub fn copy_from(&mut self, other: &Self) {
+        let Self { known, own, differs, revision, added } = other;
+        self.known.clone_from(known);
+        if let (true, Some(theirs)) = (*differs, own) {
+            match &mut self.own {
+                Some(ours) => {
+                    ours.0.clone_from(&theirs.0);
+                    ours.1.clone_from(&theirs.1);
+                }
+                ours => *ours = Some(theirs.clone()),
+            }
+        }
+        (self.differs, self.revision) = (*differs, *revision);
+        self.added.clone_from(added);
+    }
+
     /// Marks the cells within `bounds` (grid frame) that an obstacle touches according to `touches`.
     pub fn add(&mut self, bounds: Rect, touches: impl Fn(Rect) -> bool) {
         let grid = self.grid();

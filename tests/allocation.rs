@@ -142,7 +142,13 @@ fn a_tick_allocates_nothing_but_what_rapier_does() {
             let seed = EpisodeSeed { seed: 5, episode };
             let scene = Scene::generate(&spec, &map, &robot, seed).expect("feasible");
             let (conditions, termination) = (Conditions::default(), TerminationSpec::default());
-            let setting = Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination };
+            let setting = Setting {
+                scene: &scene,
+                robot: &robot,
+                conditions: &conditions,
+                termination: &termination,
+                way_m: None,
+            };
             // The first time makes room for what the second needs.
             for _ in 0..2 {
                 let outcome = runner.run(setting, &mut stack);

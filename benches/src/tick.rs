@@ -154,7 +154,7 @@ impl Peers {
         .build(&PlanningSpec { inflation_m: Some(NonNegative::new(0.35)), ..PlanningSpec::default() });
         let mut runner = Runner::default();
         let (robot, termination) = (&self.robot, &self.termination);
-        let setting = Setting { scene: &scene, robot, conditions: &conditions, termination };
+        let setting = Setting { scene: &scene, robot, conditions: &conditions, termination, way_m: None };
         let mut drive = || runner.run(setting, &mut stack);
         let outcome = drive();
         let time = alone(settings.pairs, &mut drive);
@@ -257,7 +257,7 @@ fn warehouse(settings: &Settings) -> Result<Vec<Line>, String> {
             let seed = EpisodeSeed { seed: scenario.seed, episode: episode as u64 };
             let conditions = Conditions { seed, sensing: scenario.sensing.clone(), ..Conditions::default() };
             let (robot, termination) = (experiment.robot(0), &scenario.termination);
-            let setting = Setting { scene, robot, conditions: &conditions, termination };
+            let setting = Setting { scene, robot, conditions: &conditions, termination, way_m: None };
             let outcome = runner.run(setting, &mut stack);
             assert!(!matches!(outcome, Outcome::PlannerError { .. }));
             ticks += runner.record.trace.ticks.len() - 1;

@@ -3,7 +3,11 @@
 use super::{Experiment, RunError, Setup, StackHere, Surroundings};
 use crate::clock::Stopwatch;
 use crate::episode::{Outcome, Record, Recording, Runner, Setting, Timings};
+use crate::geometry::Vec2;
 use crate::metrics::{self, Metrics};
+use crate::plan::PlanningGrid;
+use crate::plan::contract::Problem;
+use crate::plan::global::GlobalChoice;
 use crate::plan::stack::{Stack, StackSpec};
 use crate::results::{Answer, Digest, Row, Timing};
 use crate::rng::EpisodeSeed;
@@ -45,7 +49,7 @@ impl Experiment {
         let clock = Stopwatch::start();
         let setup = &self.points[point as usize];
         let scene = self.scene(point, episode);
-        let shortest_m = scene.as_ref().ok().and_then(|scene| setup.shortest_m(scene));
+        let ways = scene.as_ref().map(|scene| setup.ways(scene)).unwrap_or_default();
         let world_s = clock.elapsed_s();
         if worker.point != point {
             (worker.point, worker.stacks) = (point, Vec::new());
@@ -57,7 +61,7 @@ impl Experiment {
             answers.push(match &scene {
                 Ok(scene) => {
                     let measured =
-                        setup.drive(setup.seed(episode), scene, shortest_m, &here.spec, &mut stacks[index], runner);
+                        setup.drive(setup.seed(episode), scene, ways, &here.spec, &mut stacks[index], runner);
                     let row = self.row(point, here, episode, measured);
                     if let Some(folder) = traces {
                         self.write_trace(folder, &row, scene, &runner.record.trace)?;
@@ -85,8 +89,7 @@ impl Experiment {
         let mut runner = Runner::in_full();
         let setup = &self.points[point as usize];
         let here = &setup.stacks[stack_index];
-        let measured =
-            setup.drive(setup.seed(episode), &scene, setup.shortest_m(&scene), &here.spec, &mut None, &mut runner);
+        let measured = setup.drive(setup.seed(episode), &scene, setup.ways(&scene), &here.spec, &mut None, &mut runner);
         let outcome = measured.outcome.clone();
         let row = self.row(point, here, episode, measured);
         let Record { trace, detail, .. } = runner.record;
@@ -152,6 +155,38 @@ impl Experiment {
     }
 }
 
+/// Shortest ways of one world.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ways {
+    /// The column `shortest_m`.
+    shortest_m: Option<f64>,
+    /// The way by which the time-out goes; `None` where that is given.
+    way_m: Option<f64>,
+}
+
+/// Length of the grid's shortest way on the known map from the start to the goal, and on to each goal of the script, m; a straight
+/// line where there is no way.
+fn grid_way_m(scene: &Scene) -> f64 {
+    let (map, grid) = (&scene.map.grid, PlanningGrid::new(&scene.map.grid, &scene.map.field, 0.0));
+    let mut planner = GlobalChoice::by_name("a_star").expect("it is in the registry").build();
+    let mut cells = Vec::new();
+    let mut leg_m = |from: Vec2, to: Vec2| {
+        let problem = Problem { grid: &grid, start: grid.cell_at(from), goal: grid.cell_at(to) };
+        let is_found = planner.as_grid().is_some_and(|planner| planner.search(&problem, &mut cells).result.is_ok());
+        if !is_found {
+            return (to - from).norm();
+        }
+        cells.windows(2).map(|pair| (map.centre(pair[1]) - map.centre(pair[0])).norm()).sum()
+    };
+    let later = scene.script.iter().filter_map(|event| event.change.goal_moved_to());
+    let (mut at, mut way_m) = (scene.start.position, 0.0);
+    for goal in core::iter::once(scene.goal).chain(later) {
+        way_m += leg_m(at, goal);
+        at = goal;
+    }
+    way_m
+}
+
 /// Result of an episode, with the digests of world and trace.
 struct Measured {
     outcome: Outcome,
@@ -180,11 +215,19 @@ impl Setup {
         )
     }
 
+    /// The shortest ways of a world, which are the same for all stacks.
+    fn ways(&self, scene: &Scene) -> Ways {
+        let shortest_m = self.shortest_m(scene);
+        let is_timed = self.scenario.termination.timeout_s.is_none();
+        let way_m = if is_timed { shortest_m.or_else(|| Some(grid_way_m(scene))) } else { None };
+        Ways { shortest_m, way_m }
+    }
+
     fn drive(
         &self,
         seed: EpisodeSeed,
         scene: &Scene,
-        shortest_m: Option<f64>,
+        ways: Ways,
         spec: &StackSpec,
         slot: &mut Option<Stack>,
         runner: &mut Runner,
@@ -199,20 +242,20 @@ impl Setup {
         };
         let stack = slot.get_or_insert_with(|| spec.build(&scenario.planning));
         let termination = &scenario.termination;
-        let outcome =
-            runner.run(Setting { scene, robot: &self.surroundings.robot, conditions: &conditions, termination }, stack);
+        let (robot, way_m) = (&self.surroundings.robot, ways.way_m);
+        let outcome = runner.run(Setting { scene, robot, conditions: &conditions, termination, way_m }, stack);
         if matches!(outcome, Outcome::PlannerError { .. }) {
             *slot = None;
         }
         let trace = &runner.record.trace;
         let measured = metrics::Episode {
             scene,
-            robot: &self.surroundings.robot,
+            robot,
             trace,
             success: outcome == Outcome::Success,
             goal_tolerance_m: scenario.termination.goal_tolerance_m.get(),
             dt_s: self.dt_s(),
-            shortest_m,
+            shortest_m: ways.shortest_m,
         };
         Measured {
             metrics: metrics::measure(measured, &scenario.metrics),

@@ -6,7 +6,7 @@
 
 use crate::geometry::{Vec2, wrap_angle};
 use crate::math;
-use crate::trace::{Tick, time_s};
+use crate::trace::{Tick, Trace};
 
 /// Yaw rate from which a tick belongs to a turn, rad/s.
 pub const TURN_RATE_MIN_RADPS: f64 = 0.05;
@@ -40,9 +40,10 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 /// `length_m`: Σ |v| dt over the ticks driven, m; less is better. Exact, for a tick is an arc of that length;
-/// the tick of a collision counts in full.
-pub fn length_m(ticks: &[Tick], dt_s: f64) -> f64 {
-    driven(ticks).iter().map(|tick| tick.twist.v.abs() * dt_s).sum()
+/// the tick of a collision counts up to the contact.
+pub fn length_m(trace: &Trace, dt_s: f64) -> f64 {
+    let driven = trace.ticks.iter().enumerate().skip(1);
+    driven.map(|(row, tick)| tick.twist.v.abs() * trace.lasts_s(row, dt_s)).sum()
 }
 
 /// `speed_mean_mps`: length divided by time, m/s; undefined if no time passed.
@@ -88,9 +89,11 @@ pub fn turning_steps(ticks: &[Tick]) -> u32 {
 }
 
 /// `clearance_min_m`: the smallest clearance at any moment, m; more is better, negative in penetration.
-/// From the lower bounds of the ticks, so that a narrow pass between two ticks is not missed.
-pub fn clearance_min_m(ticks: &[Tick]) -> Option<f64> {
-    ticks.iter().map(|tick| tick.clearance_low_m).reduce(math::min)
+/// From the lower bounds of the ticks, so that a narrow pass between two ticks is not missed: the number may be up to a
+/// millimetre below the truth. Without a contact it is at least 0.
+pub fn clearance_min_m(trace: &Trace) -> Option<f64> {
+    let low_m = trace.ticks.iter().map(|tick| tick.clearance_low_m).reduce(math::min)?;
+    Some(if trace.contact_s.is_some() { low_m } else { math::max(low_m, 0.0) })
 }
 
 /// `clearance_mean_m`: mean clearance at the ends of the ticks driven, m; more is better. Undefined without a tick.
@@ -99,19 +102,14 @@ pub fn clearance_mean_m(ticks: &[Tick]) -> Option<f64> {
 }
 
 /// `near_miss_s`: time with a clearance below `near_miss_m`, judged at the end of each tick, s; less is better.
-pub fn near_miss_s(ticks: &[Tick], near_miss_m: f64, dt_s: f64) -> f64 {
-    ticks_where(ticks, dt_s, |tick| tick.clearance_m < near_miss_m)
+pub fn near_miss_s(trace: &Trace, near_miss_m: f64, dt_s: f64) -> f64 {
+    trace.time_where_s(dt_s, |tick| tick.clearance_m < near_miss_m)
 }
 
 /// `stopped_s`: time with |v| < 0.01 m/s and |ω| < 0.02 rad/s ([`REST`]), s; less is better
 /// (`HuNavSim`, `time_not_moving`).
-pub fn stopped_s(ticks: &[Tick], dt_s: f64) -> f64 {
-    ticks_where(ticks, dt_s, |tick| tick.twist.v.abs() < REST.0 && tick.twist.omega.abs() < REST.1)
-}
-
-/// Time of the ticks driven for which `holds`, s.
-fn ticks_where(ticks: &[Tick], dt_s: f64, holds: impl Fn(&Tick) -> bool) -> f64 {
-    time_s(driven(ticks).iter().filter(|&tick| holds(tick)).count() as u32, dt_s)
+pub fn stopped_s(trace: &Trace, dt_s: f64) -> f64 {
+    trace.time_where_s(dt_s, |tick| tick.twist.v.abs() < REST.0 && tick.twist.omega.abs() < REST.1)
 }
 
 /// `curvature_max_1pm`: max |ω| / |v| over the ticks driven with |v| ≥ [`CURVATURE_SPEED_MIN_MPS`], 1/m; less is
@@ -159,16 +157,34 @@ mod tests {
         drive(Pose::new(0.0, 0.0, 0.0), &vec![Twist { v, omega }; ticks])
     }
 
+    fn of(ticks: &[Tick]) -> Trace {
+        Trace { ticks: ticks.to_vec(), ..Trace::default() }
+    }
+
+    #[test]
+    fn a_contact_ends_length_and_times_within_its_tick() {
+        // Ten ticks at 0.8 m/s, the last one ended after 0.025 s: 9 · 0.08 + 0.02 m, in contact for no time.
+        let mut trace = of(&constant(0.8, 0.0, 10));
+        assert!(close(length_m(&trace, DT), 0.8) && trace.row_time_s(10, DT) == 1.0);
+        trace.contact_s = Some(0.025);
+        assert!(close(length_m(&trace, DT), 0.74));
+        assert_eq!((trace.row_time_s(10, DT), trace.row_time_s(9, DT)), (0.925, 0.9));
+        trace.ticks.iter_mut().skip(8).for_each(|tick| tick.clearance_m = 0.1);
+        assert!(close(near_miss_s(&trace, 0.2, DT), 0.225));
+        trace.ticks[10].clearance_m = 1.0;
+        assert!(close(near_miss_s(&trace, 0.2, DT), 0.2), "the last tick is not among them");
+    }
+
     #[test]
     fn straight_drive() {
         // 50 ticks at 0.8 m/s: 4 m in 5 s, no turn.
         let ticks = constant(0.8, 0.0, 50);
-        assert!(close(length_m(&ticks, DT), 4.0));
+        assert!(close(length_m(&of(&ticks), DT), 4.0));
         assert_eq!(speed_mean_mps(4.0, 5.0), Some(0.8));
         assert!(close(goal_error_m(&ticks[50], Vec2::new(4.0, 3.0)), 3.0));
         assert_eq!((turning_angle_deg(&ticks), turning_points(&ticks), turning_steps(&ticks)), (0.0, 0, 0));
         assert_eq!(curvature_max_1pm(&ticks), Some(0.0));
-        assert_eq!(stopped_s(&ticks, DT), 0.0);
+        assert_eq!(stopped_s(&of(&ticks), DT), 0.0);
     }
 
     #[test]
@@ -179,7 +195,7 @@ mod tests {
         assert!(close(turning_angle_deg(&ticks), 12.56 * 180.0 / math::PI));
         assert_eq!((turning_points(&ticks), turning_steps(&ticks)), (1, 314));
         assert!(close(curvature_max_1pm(&ticks).unwrap(), 0.8));
-        assert!(close(length_m(&ticks, DT), 15.7));
+        assert!(close(length_m(&of(&ticks), DT), 15.7));
     }
 
     #[test]
@@ -223,7 +239,7 @@ mod tests {
         let mut ticks = drive(Pose::new(0.0, 0.0, 0.0), &twists);
         ticks[0].twist.v = 1.0;
         assert!(close(jerk_rms_mps3(&ticks, DT).unwrap(), (0.02f64 / 13.0).sqrt() / 0.01));
-        assert!(close(stopped_s(&ticks, DT), 0.3));
+        assert!(close(stopped_s(&of(&ticks), DT), 0.3));
         assert_eq!(jerk_rms_mps3(&ticks[..2], DT), None);
     }
 
@@ -231,11 +247,11 @@ mod tests {
     fn turning_on_the_spot_is_neither_rest_nor_curvature() {
         let ticks = constant(0.0, 0.5, 20);
         assert_eq!(curvature_max_1pm(&ticks), None);
-        assert_eq!((stopped_s(&ticks, DT), length_m(&ticks, DT)), (0.0, 0.0));
+        assert_eq!((stopped_s(&of(&ticks), DT), length_m(&of(&ticks), DT)), (0.0, 0.0));
         assert!(close(turning_angle_deg(&ticks), 180.0 / math::PI));
         // Backwards the length still grows, and the curvature has no sign.
         let ticks = constant(-0.5, 0.25, 10);
-        assert!(close(length_m(&ticks, DT), 0.5) && close(curvature_max_1pm(&ticks).unwrap(), 0.5));
+        assert!(close(length_m(&of(&ticks), DT), 0.5) && close(curvature_max_1pm(&ticks).unwrap(), 0.5));
     }
 
     #[test]
@@ -246,9 +262,10 @@ mod tests {
         {
             (tick.clearance_m, tick.clearance_low_m) = (end, low);
         }
-        assert_eq!(clearance_min_m(&ticks), Some(-0.01));
+        assert_eq!(clearance_min_m(&of(&ticks)), Some(0.0), "no contact was found: −0.01 is a bound below the truth");
+        assert_eq!(clearance_min_m(&Trace { contact_s: Some(0.1), ..of(&ticks) }), Some(-0.01));
         assert!(close(clearance_mean_m(&ticks).unwrap(), 1.15 / 4.0)); // the initial 0.1 is no tick
-        assert!(close(near_miss_s(&ticks, 0.2, DT), 0.1)); // 0.15 alone: 0.2 is not below 0.2
+        assert!(close(near_miss_s(&of(&ticks), 0.2, DT), 0.1)); // 0.15 alone: 0.2 is not below 0.2
         assert_eq!(path_deviation_mean_m(&ticks), None);
         (ticks[2].path_deviation_m, ticks[4].path_deviation_m) = (Some(0.2), Some(0.4));
         assert!(close(path_deviation_mean_m(&ticks).unwrap(), 0.3));

@@ -23,7 +23,7 @@ use crate::math;
 use crate::plan::contract::StateKind;
 use crate::robot::Robot;
 use crate::settings::quantity::NonNegative;
-use crate::trace::{Trace, time_s};
+use crate::trace::Trace;
 use crate::world::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -47,9 +47,9 @@ impl Default for MetricsSpec {
 /// The measured columns of one episode. `None` is an empty field: undefined for this episode.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Metrics {
-    /// Simulated time until the episode ended, s.
+    /// Simulated time until the episode ended, s; a collision ends it at the contact.
     pub time_s: Option<f64>,
-    /// Length of the driven path, m: Σ |v| dt.
+    /// Length of the driven path, m: Σ |v| dt, up to a contact.
     pub length_m: Option<f64>,
     /// A lower bound of every collision-free drive from start to goal, m.
     pub shortest_m: Option<f64>,
@@ -65,7 +65,7 @@ pub struct Metrics {
     pub turning_angle_deg: Option<f64>,
     /// Distance to the goal at the end, m.
     pub goal_error_m: Option<f64>,
-    /// Smallest clearance, m; negative in penetration.
+    /// Smallest clearance, m: a lower bound, up to 1 mm below the truth; negative only after a contact.
     pub clearance_min_m: Option<f64>,
     /// Mean clearance over the ticks, m.
     pub clearance_mean_m: Option<f64>,
@@ -178,7 +178,7 @@ pub fn measure(episode: Episode<'_>, spec: &MetricsSpec) -> Metrics {
     let Some(last) = ticks.last() else {
         return of_plan;
     };
-    let (time_s, length_m) = (time_s(last.tick, dt_s), drive::length_m(ticks, dt_s));
+    let (time_s, length_m) = (trace.row_time_s(ticks.len() - 1, dt_s), drive::length_m(trace, dt_s));
     if let (true, Some(shortest_m)) = (success, shortest_m) {
         let reach_m = length_m + goal_tolerance_m + BOUND_SLACK_M;
         assert!(reach_m >= shortest_m, "a drive of {length_m} m is shorter than the lower bound of {shortest_m} m");
@@ -193,13 +193,13 @@ pub fn measure(episode: Episode<'_>, spec: &MetricsSpec) -> Metrics {
             last,
             scene.goal_at(f64::from(last.tick.saturating_sub(1)) * dt_s),
         ))),
-        clearance_min_m: real(drive::clearance_min_m(ticks)),
+        clearance_min_m: real(drive::clearance_min_m(trace)),
         clearance_mean_m: real(drive::clearance_mean_m(ticks)),
-        near_miss_s: real(Some(drive::near_miss_s(ticks, spec.near_miss_m.get(), dt_s))),
+        near_miss_s: real(Some(drive::near_miss_s(trace, spec.near_miss_m.get(), dt_s))),
         ttc_min_s: real(encounter::ttc_min_s(scene, robot, trace)),
         encounters: Some(encounter::encounters(scene, robot, trace, spec.encounter_m.get())),
         speed_mean_mps: real(drive::speed_mean_mps(length_m, time_s)),
-        stopped_s: real(Some(drive::stopped_s(ticks, dt_s))),
+        stopped_s: real(Some(drive::stopped_s(trace, dt_s))),
         curvature_max_1pm: real(drive::curvature_max_1pm(ticks)),
         jerk_rms_mps3: real(drive::jerk_rms_mps3(ticks, dt_s)),
         path_deviation_mean_m: real(drive::path_deviation_mean_m(ticks)),

@@ -11,7 +11,7 @@
 //! since its last `reset`, and on nothing else: no clock, no other source of randomness than [`Situation::random`].
 
 use super::PlanningGrid;
-use crate::geometry::{KeyNode, Path, Pose, Twist, Vec2};
+use crate::geometry::{KeyNode, Path, Pose, Twist, Vec2, wrap_angle};
 use crate::map::{Cell, OccupancyGrid};
 use crate::observation::{Belief, Scan, SensedObstacle};
 use crate::rng::{EpisodeSeed, Purpose, Stream};
@@ -98,6 +98,50 @@ impl Default for Budget {
     }
 }
 
+/// What counts as arrived at the goal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Arrival {
+    /// Distance of the robot's centre from the goal that is near enough, m.
+    pub tolerance_m: f64,
+    /// Whether the robot has to stand there: below [`Self::SPEED_MPS`] and [`Self::YAW_RATE_RADPS`].
+    pub must_stand: bool,
+    /// Heading that it has to have where it must stand, grid frame, rad; any where there is none.
+    pub heading_rad: Option<f64>,
+    /// How far its heading may differ from that one, rad.
+    pub heading_tolerance_rad: f64,
+}
+
+impl Default for Arrival {
+    /// Within 0.25 m, at any speed.
+    fn default() -> Self {
+        Self { tolerance_m: 0.25, must_stand: false, heading_rad: None, heading_tolerance_rad: 0.1 }
+    }
+}
+
+impl Arrival {
+    /// Speed up to which a robot stands, m/s.
+    pub const SPEED_MPS: f64 = 0.05;
+    /// Yaw rate up to which a robot stands, rad/s.
+    pub const YAW_RATE_RADPS: f64 = 0.1;
+
+    /// Whether `position` is near enough to the goal.
+    pub fn is_near(&self, goal: Vec2, position: Vec2) -> bool {
+        (goal - position).norm() <= self.tolerance_m
+    }
+
+    /// Angle by which a robot that heads for `theta` still has to turn, rad; 0 where any heading will do.
+    pub fn turn_left_rad(&self, theta: f64) -> f64 {
+        self.heading_rad.map_or(0.0, |heading_rad| wrap_angle(heading_rad - theta))
+    }
+
+    /// Whether a robot at `pose` that moves with `twist` has arrived at `goal`.
+    pub fn is_met(&self, goal: Vec2, pose: Pose, twist: Twist) -> bool {
+        let stands = || twist.v.abs() <= Self::SPEED_MPS && twist.omega.abs() <= Self::YAW_RATE_RADPS;
+        self.is_near(goal, pose.position)
+            && (!self.must_stand || stands() && self.turn_left_rad(pose.theta).abs() <= self.heading_tolerance_rad)
+    }
+}
+
 /// All that a planner may know at a tick. Nothing else exists for it.
 #[derive(Clone, Copy, Debug)]
 pub struct Situation<'a> {
@@ -115,10 +159,15 @@ pub struct Situation<'a> {
     pub belief: &'a Belief,
     /// Moving obstacles in sensor range, in the order of the scenario.
     pub obstacles: &'a [SensedObstacle],
+    /// Moving obstacles that were sensed before and are not now, where they were sensed last; each until the robot sees that it is no
+    /// longer there.
+    pub remembered: &'a [SensedObstacle],
     /// Ranges of the scanner, if the robot has one.
     pub scan: Option<Scan<'a>>,
     /// Goal of the episode, grid frame, m.
     pub goal: Vec2,
+    /// What counts as arrived there.
+    pub arrival: Arrival,
     /// The planner's own random numbers.
     pub random: Randomness,
     /// Limits on the work of the answer.
@@ -136,8 +185,10 @@ impl<'a> Situation<'a> {
             robot,
             belief,
             obstacles: &[],
+            remembered: &[],
             scan: None,
             goal,
+            arrival: Arrival::default(),
             random: Randomness::default(),
             budget: Budget::default(),
         }
@@ -377,6 +428,8 @@ impl State {
     pub const TRACK: Self = Self { name: "track", kind: StateKind::Tracking };
     /// No admissible command existed: braking or turning in place.
     pub const RECOVER: Self = Self { name: "recover", kind: StateKind::Recovering };
+    /// At the goal, where the stack brakes and turns by itself: a state of the stack, in which no local planner is.
+    pub const ARRIVE: Self = Self { name: "arrive", kind: StateKind::Arrived };
 }
 
 /// Numbers that a local planner publishes beside a decision, such as the terms of the winner or a phase: at most

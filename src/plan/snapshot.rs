@@ -3,7 +3,9 @@
 //! The format is that of postcard; floats are kept bit for bit. A value read back equals the value written, and a planner
 //! gives the same answer to both.
 
-use super::contract::{Budget, Decision, Entry, Guidance, Notes, Randomness, Request, Situation, State, StateKind};
+use super::contract::{
+    Arrival, Budget, Decision, Entry, Guidance, Notes, Randomness, Request, Situation, State, StateKind,
+};
 use crate::geometry::{KeyNode, Path, Pose, Twist, Vec2};
 use crate::observation::{Belief, Scan, SensedObstacle};
 use crate::robot::Robot;
@@ -51,16 +53,32 @@ pub struct SituationSnapshot {
     robot: Robot,
     belief: Belief,
     obstacles: Vec<SensedObstacle>,
+    remembered: Vec<SensedObstacle>,
     /// Bearing of the first ray, step between two, ranges.
     scan: Option<(f64, f64, Vec<f64>)>,
     goal: Vec2,
+    arrival: Arrival,
     random: Randomness,
     budget: Budget,
 }
 
 impl From<&Situation<'_>> for SituationSnapshot {
     fn from(situation: &Situation<'_>) -> Self {
-        let Situation { tick, dt_s, pose, twist, robot, belief, obstacles, scan, goal, random, budget } = *situation;
+        let Situation {
+            tick,
+            dt_s,
+            pose,
+            twist,
+            robot,
+            belief,
+            obstacles,
+            remembered,
+            scan,
+            goal,
+            arrival,
+            random,
+            budget,
+        } = *situation;
         Self {
             tick,
             dt_s,
@@ -69,8 +87,10 @@ impl From<&Situation<'_>> for SituationSnapshot {
             robot: robot.clone(),
             belief: belief.clone(),
             obstacles: obstacles.to_vec(),
+            remembered: remembered.to_vec(),
             scan: scan.map(|scan| (scan.bearing_first_rad, scan.bearing_step_rad, scan.ranges_m.to_vec())),
             goal,
+            arrival,
             random,
             budget,
         }
@@ -80,7 +100,8 @@ impl From<&Situation<'_>> for SituationSnapshot {
 impl SituationSnapshot {
     /// The situation, borrowed from this one.
     pub fn situation(&self) -> Situation<'_> {
-        let Self { tick, dt_s, pose, twist, robot, belief, obstacles, scan, goal, random, budget } = self;
+        let Self { tick, dt_s, pose, twist, robot, belief, obstacles, remembered, scan, goal, arrival, random, budget } =
+            self;
         let scan = scan.as_ref().map(|(bearing_first_rad, bearing_step_rad, ranges_m)| Scan {
             bearing_first_rad: *bearing_first_rad,
             bearing_step_rad: *bearing_step_rad,
@@ -94,8 +115,10 @@ impl SituationSnapshot {
             robot,
             belief,
             obstacles,
+            remembered,
             scan,
             goal: *goal,
+            arrival: *arrival,
             random: *random,
             budget: *budget,
         }
@@ -251,6 +274,7 @@ mod tests {
             tick: 17,
             twist: Twist { v: 0.4, omega: -0.2 },
             obstacles: &obstacles,
+            remembered: &obstacles[1..],
             scan: Some(Scan { bearing_first_rad: -1.0, bearing_step_rad: 1.0, ranges_m: &ranges_m }),
             random: Randomness::new(crate::rng::EpisodeSeed { seed: 3, episode: 8 }, 17),
             budget: Budget { expansions: 5, rollout_points: u64::MAX },

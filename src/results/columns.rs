@@ -156,9 +156,9 @@ table! {
     ending message: "", none, after, "what went wrong, in words", "", "may be empty";
     ending success: "", higher, after, "1 if the goal was reached within its tolerance, before the time-out and without contact, else 0", "Arena-Rosnav, BARN", "0";
     ending collided_with: "", none, after, "`known_static`, `unknown_static`, `dynamic` or `boundary`", "", "empty without collision";
-    ending at_rest: "", none, after, "1 if the robot stood still when it was hit, else 0", "", "empty without collision";
-    metric time_s: "s", lower, after, "simulated time from the first tick until the episode ended: ticks · dt", "Arena-Rosnav", "until the end";
-    metric length_m: "m", lower, after, "length of the driven path: Σ |v| dt", "all peers", "until the end";
+    ending at_rest: "", none, after, "1 if the robot stood still when it was hit (no point of its outline moved at 0.02 m/s), else 0", "", "empty without collision";
+    metric time_s: "s", lower, after, "simulated time from the first tick until the episode ended: ticks · dt, the last one up to a contact", "Arena-Rosnav", "until the end";
+    metric length_m: "m", lower, after, "length of the driven path: Σ |v| dt, up to a contact", "all peers", "until the end";
     metric shortest_m: "m", none, before, "lower bound of every collision-free drive: any-angle optimum of a point on the true static map, cells blocked only where the whole square lies within the inscribed radius of an obstacle; empty where it is not computed", "Anderson et al. 2018", "as is";
     metric spl: "", higher, after, "success · shortest_m / max(length_m, shortest_m)", "Anderson et al. 2018", "0; empty where shortest_m is";
     metric planned_length_m: "m", lower, before, "length of the first planned path", "Bench-MR", "empty without a path";
@@ -166,7 +166,7 @@ table! {
     metric turning_points: "", lower, after, "maximal runs of ticks with one sign of yaw rate, |ω| ≥ 0.05 rad/s, that turn the heading by at least 5°", "Bench-MR, thresholds our own", "until the end";
     metric turning_angle_deg: "deg", lower, after, "Σ |Δθ| of the driven trajectory", "HuNavSim", "until the end";
     metric goal_error_m: "m", lower, after, "distance of the robot's centre to the goal at the end", "", "at the end";
-    metric clearance_min_m: "m", higher, after, "smallest distance at any moment from the footprint's edge to any obstacle; negative in penetration", "Bench-MR", "until the end";
+    metric clearance_min_m: "m", higher, after, "smallest distance at any moment from the footprint's edge to any obstacle, a lower bound up to 1 mm below the truth; negative only after a contact", "Bench-MR", "until the end";
     metric clearance_mean_m: "m", higher, after, "mean of that distance at the ends of the ticks", "Bench-MR", "until the end";
     metric near_miss_s: "s", lower, after, "time with a clearance below `metrics.near_miss_m`, judged at the end of each tick", "MRPB", "until the end";
     metric ttc_min_s: "s", higher, after, "smallest time to collision with a mover, constant twist and velocity, looked 10 s ahead; empty if none", "Hayward 1972", "until the end";

@@ -3,7 +3,8 @@
 use super::error::ScenarioError;
 use super::file::similar_files;
 use super::key_path::KeyPath;
-use super::{Scenario, Stacks};
+use super::{GoalSpec, Scenario, Stacks};
+use crate::episode::Arrive;
 use crate::geometry::Vec2;
 use crate::map::MapError;
 use crate::map::connectivity::Components;
@@ -15,7 +16,8 @@ use crate::plan::local::LocalChoice;
 use crate::plan::path::PathChoice;
 use crate::rng::EpisodeSeed;
 use crate::robot::Robot;
-use crate::world::StaticMap;
+use crate::world::script::EventChoice;
+use crate::world::{StaticMap, UnknownStatic};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
@@ -72,6 +74,25 @@ impl Scenario {
             ));
         }
         Ok(())
+    }
+
+    /// Checks that a heading of a goal counts for something.
+    fn check_heading(&self) -> Result<(), ScenarioError> {
+        if self.termination.arrive == Arrive::Stand {
+            return Ok(());
+        }
+        let of_script = self.script.iter().position(|entry| match &entry.event {
+            EventChoice::goal(goal) => goal.heading_rad.is_some(),
+            _ => false,
+        });
+        let key = match (&self.goal, of_script) {
+            (GoalSpec::Pose(_), _) => KeyPath::parse("goal"),
+            (_, Some(entry)) => KeyPath::parse(&format!("script[{entry}].event.goal.heading_rad")),
+            _ => return Ok(()),
+        };
+        Err(ScenarioError::new("a heading at the goal, and a robot that need not stop there")
+            .key_labelled(key, "this heading would count for nothing")
+            .help("set `termination: {arrive: stand}`, or leave out the heading"))
     }
 
     fn consistent_actuation(&self) -> Result<(), ScenarioError> {
@@ -158,6 +179,7 @@ impl Scenario {
 
     /// Checks the scenario against `map`, which is its own.
     pub(super) fn check_on(&self, map: &StaticMap, folder: &Path) -> Result<(), ScenarioError> {
+        self.check_heading()?;
         let robot = Robot::new(&self.robot, &self.limits);
         let start = self.start.given(&map.grid).map(|(position, _)| position);
         let goal = self.goal.given(&map.grid);
@@ -169,7 +191,8 @@ impl Scenario {
                     refused.help("give it another heading, or a place with more room")
                 }
                 ("start", Some(place), _) | ("goal", _, Some(place)) => {
-                    nearest_fit(refused, map, place, robot.inscribed_radius_m())
+                    let unknown = self.obstacles.given_statics(&map.grid);
+                    nearest_fit(refused, map, &unknown, place, robot.inscribed_radius_m())
                 }
                 (key, ..) if key.ends_with(".position") || key.ends_with(".pose") => {
                     refused.help("move it to free floor")
@@ -181,7 +204,7 @@ impl Scenario {
         let tolerance = self.termination.goal_tolerance_m.get();
         let (Some(start), Some(goal)) = (start, goal) else { return Ok(()) };
         let distance = rounded((goal - start).norm());
-        if distance <= tolerance {
+        if distance <= tolerance && self.goal.heading_rad(&map.grid).is_none() {
             return Err(ScenarioError::new("the robot starts at its goal")
                 .key_labelled(KeyPath::parse("goal"), format!("{distance} m from `start`"))
                 .key_labelled(KeyPath::parse("start"), format!("{distance} m from `goal`"))
@@ -311,8 +334,15 @@ impl Scenario {
     }
 }
 
-/// Adds the extent of the map, and the cell centre nearest to `p` on which a disc fits (ties: the first row by row).
-fn nearest_fit(error: ScenarioError, map: &StaticMap, p: Vec2, radius_m: f64) -> ScenarioError {
+/// Adds the extent of the map, and the cell centre nearest to `p` on which a disc fits beside the given unknown statics as well (ties:
+/// the first row by row).
+fn nearest_fit(
+    error: ScenarioError,
+    map: &StaticMap,
+    unknown: &[UnknownStatic],
+    p: Vec2,
+    radius_m: f64,
+) -> ScenarioError {
     let grid = &map.grid;
     let origin = grid.frame().origin;
     let turned = if origin.theta == 0.0 { String::new() } else { format!(", turned by {} rad", origin.theta) };
@@ -326,6 +356,7 @@ fn nearest_fit(error: ScenarioError, map: &StaticMap, p: Vec2, radius_m: f64) ->
     ));
     let cells = (0..grid.occupied().len()).map(|index| grid.cell(index));
     let fitting = cells.filter(|&cell| map.field.distance_m(cell) >= radius_m).map(|cell| grid.centre(cell));
+    let fitting = fitting.filter(|&centre| unknown.iter().all(|obstacle| obstacle.distance_m(centre) >= radius_m));
     match fitting.min_by(|a, b| (a - p).norm_squared().total_cmp(&(b - p).norm_squared())) {
         Some(fit) => {
             let at = grid.frame().point_to_world(fit);

@@ -262,6 +262,16 @@ impl<'a> Fault<'a> {
         {
             error = error.help(format!("a list of one is written `[{word}]`"));
         }
+        if let Some(digits) = found.strip_prefix("the text `").and_then(|found| found.strip_suffix('`'))
+            && digits.len() > 1
+            && digits.bytes().all(|byte| byte.is_ascii_digit())
+        {
+            let plain = digits.trim_start_matches('0');
+            error = error.help(format!(
+                "digits that begin with 0 or stand in quotes are a text in YAML: write `{}`",
+                if plain.is_empty() { "0" } else { plain }
+            ));
+        }
         self.with_meaning(error, schema)
     }
 

@@ -222,8 +222,16 @@ impl<'de> Deserialize<'de> for Name {
             fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Name, E> {
                 Name::try_from(text).map_err(E::custom)
             }
+            // `2024` and `true` are names; `1e3` would be another one once the tree is written anew.
+            fn visit_u64<E: serde::de::Error>(self, number: u64) -> Result<Name, E> {
+                self.visit_str(&number.to_string())
+            }
+            fn visit_bool<E: serde::de::Error>(self, value: bool) -> Result<Name, E> {
+                self.visit_str(if value { "true" } else { "false" })
+            }
         }
-        deserializer.deserialize_str(Reader)
+        // As the tree that `--set` edits is read.
+        deserializer.deserialize_any(Reader)
     }
 }
 

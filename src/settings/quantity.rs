@@ -74,7 +74,8 @@ macro_rules! real_quantities {
                         self.visit_f64(value as f64)
                     }
                 }
-                deserializer.deserialize_f64(Reader)
+                // Not `deserialize_f64`, by which YAML reads `010` and `0x10` in a file otherwise than in the tree that `--set` edits.
+                deserializer.deserialize_any(Reader)
             }
         }
 

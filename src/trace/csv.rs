@@ -69,7 +69,7 @@ pub fn write_csv(trace: &Trace, frame: &Frame, dt_s: f64, out: &mut impl io::Wri
     record.writer.write_record(COLUMNS.map(str::to_owned).into_iter().chain(notes).chain(movers))?;
     for (row, tick) in trace.ticks.iter().enumerate() {
         record.field(tick.tick)?;
-        record.real(time_s(tick.tick, dt_s))?;
+        record.real(trace.row_time_s(row, dt_s))?;
         for pose in [tick.pose, tick.believed].map(|pose| frame.to_world(pose)) {
             record.point(pose.position)?;
             record.real(pose.theta)?;

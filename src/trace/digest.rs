@@ -27,6 +27,7 @@ pub fn digest(trace: &Trace) -> u64 {
             digest.text("absent");
         }
     }
+    // `contact_s` is a judgement, and follows from the last row.
     // Without a scanner nothing is added, so that such traces keep their digest.
     for &range_m in &trace.ranges_m {
         if range_m.is_finite() { digest.real(range_m) } else { digest.text("nothing") }

@@ -89,6 +89,9 @@ pub struct Trace {
     pub rollouts: u64,
     /// Ticks on which the local planner found no admissible command.
     pub recoveries: u32,
+    /// Where a contact ended the episode: its moment, s after the beginning of the last tick, to the nanosecond. The last row then
+    /// shows that moment and not the end of the tick.
+    pub contact_s: Option<f64>,
 }
 
 impl Trace {
@@ -103,6 +106,34 @@ impl Trace {
         *self = Self { ticks, movers, mover_count, ranges_m, notes, paths, ..Self::default() };
     }
 
+    /// How long the tick of row `row` lasted, s: a contact may have cut the last one short. Row 0 is none.
+    pub fn lasts_s(&self, row: usize, dt_s: f64) -> f64 {
+        match self.contact_s {
+            Some(contact_s) if row + 1 == self.ticks.len() => contact_s,
+            _ => dt_s,
+        }
+    }
+
+    /// Time at row `row` of `ticks`, s, to the nanosecond.
+    pub fn row_time_s(&self, row: usize, dt_s: f64) -> f64 {
+        let tick = self.ticks[row].tick;
+        match self.contact_s {
+            Some(contact_s) if row + 1 == self.ticks.len() => to_nanosecond(f64::from(tick - 1) * dt_s + contact_s),
+            _ => time_s(tick, dt_s),
+        }
+    }
+
+    /// Time of the ticks driven for which `holds`, s, to the nanosecond.
+    pub fn time_where_s(&self, dt_s: f64, holds: impl Fn(&Tick) -> bool) -> f64 {
+        let driven = self.ticks.iter().skip(1).filter(|tick| holds(tick)).count() as u32;
+        match (self.contact_s, self.ticks.last()) {
+            (Some(contact_s), Some(last)) if driven > 0 && holds(last) => {
+                to_nanosecond(f64::from(driven - 1) * dt_s + contact_s)
+            }
+            _ => time_s(driven, dt_s),
+        }
+    }
+
     /// The movers' states in row `row` of `ticks`.
     pub fn movers_at(&self, row: usize) -> &[MoverState] {
         &self.movers[row * self.mover_count..(row + 1) * self.mover_count]
@@ -111,7 +142,12 @@ impl Trace {
 
 /// Time of `tick`, s: `tick · dt_s` to the nanosecond, so that three ticks of 0.1 s are 0.3 and not 0.30000000000000004.
 pub fn time_s(tick: u32, dt_s: f64) -> f64 {
-    (f64::from(tick) * dt_s * 1e9).round() / 1e9
+    to_nanosecond(f64::from(tick) * dt_s)
+}
+
+/// A time rounded to the nanosecond, s.
+pub(crate) fn to_nanosecond(time_s: f64) -> f64 {
+    (time_s * 1e9).round() / 1e9
 }
 
 #[cfg(test)]

@@ -332,7 +332,8 @@ fn a_goal_that_moves_is_planned_for_whatever_the_rule() {
         let mut runner = Runner::default();
         let robot = Robot::default();
         let (conditions, termination) = (Conditions::default(), TerminationSpec::default());
-        let setting = Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination };
+        let setting =
+            Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination, way_m: None };
         let outcome = runner.run(setting, &mut stack);
         assert_eq!(outcome, Outcome::Success);
         let trace = &runner.record.trace;
@@ -380,6 +381,49 @@ fn movers_do_what_the_script_says() {
         (false, 1220, 220),
         (true, 1220, 230),
         (true, 1220, 240),
+    ];
+    assert_eq!(seen, expected);
+}
+
+#[test]
+fn a_mover_out_of_sight_is_remembered_until_its_place_is_seen_to_be_free() {
+    // Its surface is 2.7 m away; it vanishes while the sensor reaches 1 m.
+    let mut scene = hall(20, 10);
+    scene.movers.push(Mover::new(Vec2::new(8.0, 5.0), Vec2::zeros(), 0.3));
+    let event = |tick: u32, change| Event { at_s: f64::from(tick) * DT_S, change };
+    scene.script = vec![
+        event(2, Change::sensor_range(1.0)),
+        event(4, Change::mover(0, false)),
+        event(6, Change::sensor_range(2.6)),
+        event(8, Change::sensor_range(2.8)),
+        event(10, Change::mover(0, true)),
+        event(12, Change::velocity(0, Vec2::new(5.0, 0.0))),
+    ];
+    let robot = Robot::default();
+    let mut world = World::new(&scene, &robot, &Conditions::default());
+    let mut seen = Vec::new();
+    for _ in 0..14 {
+        let sensed = sense(&mut world, &scene).0;
+        assert!(world.remembered().iter().all(|mover| mover.id == 0 && mover.position == scene.movers[0].position));
+        seen.push((sensed.len(), world.remembered().len()));
+        world.step(STAND);
+    }
+    // At the end it leaves the sensor's range, which still reaches the place that it has left.
+    let expected = [
+        (1, 0),
+        (1, 0),
+        (0, 1),
+        (0, 1),
+        (0, 1),
+        (0, 1),
+        (0, 1),
+        (0, 1),
+        (0, 0),
+        (0, 0),
+        (1, 0),
+        (1, 0),
+        (1, 0),
+        (0, 0),
     ];
     assert_eq!(seen, expected);
 }

@@ -163,7 +163,8 @@ fn scene() -> Scene {
 fn run(stack: &mut Stack) -> (Outcome, Runner) {
     let (scene, robot, conditions) = (scene(), Robot::default(), Conditions::default());
     let (termination, mut runner) = (TerminationSpec::default(), Runner::default());
-    let setting = Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination };
+    let setting =
+        Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination, way_m: None };
     let outcome = runner.run(setting, stack);
     (outcome, runner)
 }
@@ -221,7 +222,8 @@ fn a_mover_on_the_only_way_is_planned_round_where_movers_block() {
         scene.movers.push(Mover::new(Vec2::new(4.0, 1.5), Vec2::new(0.0, 0.0), 0.3));
         let (robot, conditions, termination) = (Robot::default(), Conditions::default(), TerminationSpec::default());
         let mut runner = Runner::default();
-        let setting = Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination };
+        let setting =
+            Setting { scene: &scene, robot: &robot, conditions: &conditions, termination: &termination, way_m: None };
         let outcome = runner.run(setting, &mut stack);
         (outcome, runner.record.trace.paths[0].path.length())
     };

@@ -1,6 +1,6 @@
 //! Outcomes of episodes, with planners written outside the crate.
 
-use simrun::episode::{DT_S, Outcome, Runner, Setting, TerminationSpec};
+use simrun::episode::{Arrive, DT_S, Outcome, Runner, Setting, TerminationSpec};
 use simrun::geometry::{Pose, Twist, Vec2};
 use simrun::map::OccupancyGrid;
 use simrun::plan::contract::Situation;
@@ -10,7 +10,7 @@ use simrun::plan::local::LocalChoice;
 use simrun::plan::stack::{ComputeSpec, PlanningSpec, Replan, Stack, SubGoals};
 use simrun::robot::Robot;
 use simrun::settings::quantity::NonNegative;
-use simrun::world::{Conditions, ObstacleKind, Scene, Shape, StaticMap, UnknownStatic};
+use simrun::world::{Conditions, Mover, ObstacleKind, Scene, Shape, StaticMap, UnknownStatic};
 use std::sync::Arc;
 
 /// Does what a closure says.
@@ -32,8 +32,10 @@ fn scripted(local: impl FnMut(&Situation<'_>, &Guidance<'_>) -> Twist + Send + '
 
 fn run(scene: &Scene, stack: &mut Stack, termination: &TerminationSpec) -> (Outcome, Runner) {
     let mut runner = Runner::default();
-    let outcome =
-        runner.run(Setting { scene, robot: &Robot::default(), conditions: &Conditions::default(), termination }, stack);
+    let outcome = runner.run(
+        Setting { scene, robot: &Robot::default(), conditions: &Conditions::default(), termination, way_m: None },
+        stack,
+    );
     (outcome, runner)
 }
 
@@ -91,8 +93,71 @@ fn a_planner_that_circles_times_out() {
     };
     let (outcome, runner) = run(&open_scene(), &mut scripted(|_, _| Twist { v: 0.8, omega: 1.0 }), &termination);
     assert_eq!(outcome, Outcome::Timeout);
-    // 2 × 7 m at 1 m/s.
-    assert_eq!(runner.record.trace.ticks.last().unwrap().tick, 140);
+    // 2 × (7 m at 1 m/s and π at 1 rad/s) = 20.283 s.
+    assert_eq!(runner.record.trace.ticks.last().unwrap().tick, 203);
+}
+
+#[test]
+fn the_time_out_goes_by_the_way_that_is_given() {
+    let scene = open_scene();
+    let ticks = |way_m: f64| {
+        let (conditions, termination) = (Conditions::default(), TerminationSpec::default());
+        let robot = Robot::default();
+        let setting = Setting {
+            scene: &scene,
+            robot: &robot,
+            conditions: &conditions,
+            termination: &termination,
+            way_m: Some(way_m),
+        };
+        let mut runner = Runner::default();
+        let outcome = runner.run(setting, &mut scripted(|_, _| Twist { v: 0.8, omega: 1.0 }));
+        assert_eq!(outcome, Outcome::Timeout);
+        runner.record.trace.ticks.last().unwrap().tick
+    };
+    // 10 × (way + π) s in tenths of a second.
+    assert_eq!((ticks(7.0), ticks(62.0)), (1015, 6515));
+}
+
+#[test]
+fn a_robot_that_spins_on_one_spot_is_stuck_after_a_turn_and_half_a_minute() {
+    let spin = |omega: f64, termination: &TerminationSpec| {
+        let (outcome, runner) = run(&open_scene(), &mut scripted(move |_, _| Twist { v: 0.0, omega }), termination);
+        assert_eq!(outcome, Outcome::Stuck);
+        runner.record.trace.ticks.last().unwrap().tick
+    };
+    // 0.9 rad/s are reached with the fifth tick; from then on a turn takes less than 6.3 s at 1 rad/s.
+    let free = spin(1.0, &TerminationSpec::default());
+    assert!((360..=365).contains(&free), "{free}");
+    assert_eq!(spin(0.8, &TerminationSpec::default()), 300, "it could turn faster");
+    assert_eq!(spin(1.0, &TerminationSpec { stuck_while_turning: true, ..TerminationSpec::default() }), 300);
+}
+
+#[test]
+fn who_stands_before_a_mover_waits_and_who_has_turned_away_from_its_path_does_not() {
+    let stand = |x: f64, y: f64| {
+        let mut scene = open_scene();
+        scene.movers.push(Mover::new(Vec2::new(x, y), Vec2::zeros(), 0.3));
+        run(&scene, &mut scripted(|_, _| Twist::ZERO), &TerminationSpec::default()).0
+    };
+    // The path goes along y = 2.5 from x = 1.5; the robot needs 0.25 m on either side.
+    assert_eq!((stand(3.0, 2.5), stand(3.0, 3.0)), (Outcome::Timeout, Outcome::Timeout));
+    assert_eq!((stand(3.0, 3.1), stand(4.5, 2.5)), (Outcome::Stuck, Outcome::Stuck));
+}
+
+#[test]
+fn a_robot_that_has_to_stand_is_stopped_at_its_goal() {
+    let termination = TerminationSpec { arrive: Arrive::Stand, ..TerminationSpec::default() };
+    let mut scene = Scene::new(&hall(&OPEN), Pose::new(1.5, 2.5, 0.0), Vec2::new(8.5, 2.5));
+    scene.goal_heading_rad = Some(1.5);
+    // Full speed ahead would pass the goal; half a metre a second stops within the tolerance.
+    let (outcome, runner) = run(&scene, &mut scripted(|_, _| Twist { v: 0.5, omega: 0.0 }), &termination);
+    assert_eq!(outcome, Outcome::Success);
+    let last = runner.record.trace.ticks.last().unwrap();
+    assert!(last.twist.v.abs() <= 0.05 && (last.pose.theta - 1.5).abs() <= 0.1, "{last:?}");
+    assert!(last.state.name == "arrive" && (last.pose.position - scene.goal).norm() < 0.25, "{last:?}");
+    let (outcome, _) = run(&scene, &mut scripted(|_, _| STRAIGHT), &termination);
+    assert_eq!(outcome, Outcome::Collision { with: ObstacleKind::Boundary, at_rest: false });
 }
 
 #[test]

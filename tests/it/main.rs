@@ -11,6 +11,7 @@ mod conformance;
 mod conformance_layers;
 mod convex;
 mod documents;
+mod drives;
 mod episodes;
 mod layering;
 mod oracle;

@@ -3,11 +3,13 @@
 //! The local planner steers for one point of the global path at a time, the *sub-goal*, which a rule of [`sub_goal`] chooses. A
 //! rule of [`replan`] says when the global planner is asked again.
 
+mod arrival;
 mod pending;
 mod pipeline;
 mod planning;
 mod route;
 mod spec;
+mod standing;
 #[cfg(test)]
 mod tests;
 
@@ -25,13 +27,16 @@ pub use sub_goal::SubGoals;
 
 use super::PlanningGrid;
 use super::contract::{
-    Budget, Decision, Entry, Failure, GlobalPlanner, LocalPlanner, PathStage, Plan, Request, Situation, StateKind, Task,
+    Arrival, Budget, Decision, Entry, Failure, GlobalPlanner, LocalPlanner, PathStage, Plan, Request, Situation,
+    StateKind, Task,
 };
 use crate::clock::Stopwatch;
 use crate::geometry::{Path, Vec2};
+use crate::observation::Belief;
 use crate::robot::Robot;
 use pending::{Pending, ticks_of};
 use replan::Checked;
+use standing::Standing;
 
 /// Work of the stack so far in an episode.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -77,6 +82,8 @@ pub struct Stack {
     grid: PlanningGrid,
     plan: Plan,
     drive: Drive,
+    /// Movers that stand, on the map on which paths are planned.
+    standing: Standing,
     global_s: f64,
 }
 
@@ -142,6 +149,7 @@ impl Stack {
             grid: PlanningGrid::default(),
             plan: Plan::default(),
             drive: Drive::new(),
+            standing: Standing::default(),
             global_s: 0.0,
         }
     }
@@ -176,6 +184,7 @@ impl Stack {
             global.reset();
         }
         self.local.reset();
+        self.standing.clear();
         self.global_s = 0.0;
         let mut route = core::mem::take(&mut self.drive.route);
         route.clear();
@@ -192,6 +201,9 @@ impl Stack {
     /// [`Failure::Fault`] or another failure of the local planner: the episode ends as `planner_error`.
     pub fn decide(&mut self, situation: &Situation<'_>) -> Result<Decision, Failure> {
         let tick = situation.tick;
+        if self.global.is_some() {
+            self.standing.observe(situation, &self.planning);
+        }
         self.drive.anchor.follow(situation, self.planning.replan.kind().standing_radius_m());
         if let Some(path) = Pending::take(&mut self.drive.coming_path, tick) {
             self.drive.route.set(path);
@@ -200,6 +212,10 @@ impl Stack {
         self.plan_again(situation)?;
         if self.drive.route.revision == 0 {
             return Ok(Decision::STAND);
+        }
+        if let Some(decision) = arrival::decide(situation) {
+            (self.drive.coming_decision, self.drive.decision) = (None, decision);
+            return Ok(decision);
         }
         let grid = self.global.is_some().then_some(&self.grid);
         self.planning.sub_goals.kind().advance(&mut self.drive.route, situation.pose.position, grid);
@@ -251,6 +267,7 @@ impl Stack {
             planning: &self.planning,
             grid: &mut self.grid,
             checked: &mut self.drive.checked,
+            standing: &mut self.standing,
             standing_since_tick: self.drive.anchor.tick,
             planned_tick: self.drive.planned_tick,
         };
@@ -277,6 +294,22 @@ impl Stack {
     /// Whether the robot stands on purpose or because no path is ready yet; such a robot is not stuck.
     pub fn is_waiting(&self) -> bool {
         self.drive.coming_path.is_some() || self.drive.decision.state.kind == StateKind::Waiting
+    }
+
+    /// Whether the robot stands before a mover: one that it senses touches the next 2 m of its path, as wide as the robot.
+    pub fn is_held(&self, situation: &Situation<'_>) -> bool {
+        const AHEAD_M: f64 = 2.0;
+        const STEP_M: f64 = 0.1;
+        let Route { path, progress_m, revision, .. } = &self.drive.route;
+        let stands = situation.twist.v.abs() <= Arrival::SPEED_MPS;
+        if !stands || situation.obstacles.is_empty() || *revision == 0 {
+            return false;
+        }
+        let radius_m = situation.robot.radius_m;
+        (0..=(AHEAD_M / STEP_M) as u32).any(|step| {
+            let point = path.point_at(progress_m + STEP_M * f64::from(step));
+            situation.obstacles.iter().any(|mover| mover.outline.distance_m(mover.position, point) < radius_m)
+        })
     }
 
     /// The path in force.
@@ -332,9 +365,9 @@ impl Stack {
 
     /// Plans from the robot, or from a point of the path in force; that path is kept up to the point.
     fn plan_untimed(&mut self, situation: &Situation<'_>, from_m: Option<f64>) -> Result<(), Failure> {
-        let Self { global, stages, planning, grid, plan, drive, capped_robot, .. } = self;
+        let Self { global, stages, planning, grid, plan, drive, standing, capped_robot, .. } = self;
         drive.planned_tick = situation.tick;
-        drive.checked = Checked::now(situation, planning);
+        drive.checked = Checked::now(situation, planning, standing.revision);
         let kept = from_m.map(|from_m| drive.route.path.part(drive.route.progress_m, from_m));
         let (from, goal) = (kept.as_ref().map_or(situation.pose.position, Path::end), situation.goal);
         drive.planned_goal = goal;
@@ -342,19 +375,32 @@ impl Stack {
             drive.route.set(Path::polyline(&[from, goal]));
             return Ok(());
         };
-        rebuild_grid(grid, planning, situation);
         let robot = capped_robot.as_ref().unwrap_or(situation.robot);
-        let situation = Situation { robot, ..*situation };
-        plan.effort = Default::default();
-        let found = find_path(&mut **global, stages, &Task { situation: &situation, grid, start: from, goal }, plan);
-        drive.effort.expanded += plan.effort.expanded;
-        drive.effort.generated += plan.effort.generated;
-        found?;
+        let mut expanded = 0;
+        let mut search = |belief: &Belief| {
+            let situation = Situation { robot, belief, ..*situation };
+            rebuild_grid(grid, planning, &situation);
+            plan.effort = Default::default();
+            let found =
+                find_path(&mut **global, stages, &Task { situation: &situation, grid, start: from, goal }, plan);
+            expanded += plan.effort.expanded;
+            drive.effort.expanded += plan.effort.expanded;
+            drive.effort.generated += plan.effort.generated;
+            found
+        };
+        let found = search(standing.belief(situation));
+        match found {
+            Err(Failure::StartOccupied | Failure::GoalOccupied | Failure::NoPath) if standing.is_any() => {
+                // No way round those that stand: they may go.
+                search(situation.belief)?;
+            }
+            found => found?,
+        }
         let path = match kept {
             None => core::mem::take(&mut plan.path),
             Some(kept) => kept.then(&plan.path),
         };
-        let cost_s = plan.effort.expanded as f64 * planning.compute.per_expansion_s.get();
+        let cost_s = expanded as f64 * planning.compute.per_expansion_s.get();
         match ticks_of(cost_s, situation.dt_s) {
             0 => drive.route.set(path),
             delay => drive.coming_path = Some(Pending { ready_tick: situation.tick + delay, answer: path }),
@@ -363,7 +409,7 @@ impl Stack {
     }
 }
 
-/// Builds the planning grid of this tick: inflation, sensed movers where they block, escape zones around robot and goal.
+/// Builds the planning grid of this tick on the situation's belief: inflation, sensed movers where they block, escape zones around robot and goal.
 fn rebuild_grid(grid: &mut PlanningGrid, planning: &PlanningSpec, situation: &Situation<'_>) {
     let belief = situation.belief;
     let inflation_m = planning.inflation_m(situation.robot.radius_m);

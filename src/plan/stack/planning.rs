@@ -4,12 +4,12 @@ use super::movers::Movers;
 use super::replan::Replan;
 use super::sub_goal::SubGoals;
 use crate::plan::contract::Budget;
-use crate::settings::quantity::{Count, NonNegative};
+use crate::settings::quantity::{Count, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How paths are planned and followed (scenario key `planning`).
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlanningSpec {
     /// Distance that cell centres of the planned path keep from obstacle squares, m; the robot's
@@ -22,10 +22,30 @@ pub struct PlanningSpec {
     pub replan: Replan,
     /// What sensed movers are to the global planner; default `ignore`.
     pub movers: Movers,
+    /// A mover that was slower than this, m/s, … (default 0.05; 0: no mover ever is)
+    pub standing_mps: NonNegative,
+    /// … for this long, s (default 2), stands: the cells that it touches are blocked on the map on which paths are planned, where
+    /// there is a way round, until it is seen to move or to be gone. Local planners go by its outline.
+    pub standing_after_s: Positive,
     /// Simulated time that planning takes; by default none.
     pub compute: ComputeSpec,
     /// How much work one answer of a planner may take; by default without limits.
     pub budget: BudgetSpec,
+}
+
+impl Default for PlanningSpec {
+    fn default() -> Self {
+        Self {
+            inflation_m: None,
+            sub_goals: SubGoals::default(),
+            replan: Replan::default(),
+            movers: Movers::default(),
+            standing_mps: NonNegative::new(0.05),
+            standing_after_s: Positive::new(2.0),
+            compute: ComputeSpec::default(),
+            budget: BudgetSpec::default(),
+        }
+    }
 }
 
 /// Default margin between planned paths and obstacles beyond the robot's radius, m.

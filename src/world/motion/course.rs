@@ -62,6 +62,7 @@ impl Course {
             };
             *cruise = match mover.on_static {
                 OnStatic::Stop => Vec2::zeros(),
+                OnStatic::TurnBack => -leg.velocity,
                 OnStatic::Reflect | OnStatic::Pass => {
                     let mirrored = leg.velocity - 2.0 * leg.velocity.dot(&hit.normal) * hit.normal;
                     // Scaled back, so that rounding never changes the speed.
@@ -249,6 +250,24 @@ mod tests {
             assert!((mover.position.x - x).abs() < 1e-9, "{:?}", mover.position);
             assert_eq!(mover.velocity.norm(), speed);
         }
+    }
+
+    #[test]
+    fn a_mover_that_turns_back_keeps_its_line_at_a_pallet_that_stands_askew() {
+        let map = StaticMap::new(OccupancyGrid::empty(12, 4, 1.0));
+        let shape = Shape::Rectangle { half_m: Vec2::new(0.6, 0.4) };
+        let unknown = [UnknownStatic::new(Pose::new(8.0, 2.3, 0.6), shape)];
+        let statics = Statics { map: &map, unknown: &unknown };
+        let (mut mover, mut cruise) = (mover(Vec2::new(3.0, 2.0), 0.3, OnStatic::TurnBack), Vec2::new(0.8, 0.0));
+        let (mut low, mut high) = (3.0, 3.0);
+        for _ in 0..600 {
+            let course = Course::drive(&mover, &mut cruise, &statics, DT);
+            (mover.position, mover.velocity) = course.at(DT);
+            assert_eq!((mover.position.y, mover.velocity.y.abs(), mover.velocity.x.abs()), (2.0, 0.0, 0.8));
+            (low, high) = (math::min(low, mover.position.x), math::max(high, mover.position.x));
+        }
+        // From the map's edge to the pallet's near corner and back, and again.
+        assert!(low < 0.38 && (6.5..7.2).contains(&high), "{low} {high}");
     }
 
     #[test]

@@ -27,7 +27,8 @@ impl Patrol {
     fn after(&self, at: usize, backwards: bool) -> (usize, bool) {
         let last = self.waypoints.len() - 1;
         match (self.closed, backwards) {
-            (true, _) => (if at == last { 0 } else { at + 1 }, false),
+            (true, false) => (if at == last { 0 } else { at + 1 }, false),
+            (true, true) => (if at == 0 { last } else { at - 1 }, true),
             (false, false) if at == last => (at - 1, true),
             (false, false) => (at + 1, false),
             (false, true) if at == 0 => (1, false),
@@ -67,7 +68,7 @@ impl Drive for Patroller {
         self.patrol.waypoints[self.next] - mover.position
     }
 
-    /// The course through a tick. The mover waits before a static in its way, unless it passes through statics.
+    /// The course through a tick. The mover waits before a static in its way, unless it turns back there or passes through statics.
     fn course(&mut self, mover: &Mover, statics: &Statics<'_>, tick: Span) -> Course {
         let patrol = &self.patrol;
         let mut course = Course::empty(mover.position, patrol.speed_mps);
@@ -88,6 +89,10 @@ impl Drive for Patroller {
             course.push(Leg { begin_s, from: position, velocity });
             time_s += lasts_s;
             position += velocity * lasts_s;
+            if blocked && mover.on_static == OnStatic::TurnBack && !course.is_full() {
+                (self.next, self.backwards) = patrol.after(self.next, !self.backwards);
+                continue;
+            }
             if blocked || course.is_full() {
                 course.push(Leg { begin_s: time_s, from: position, velocity: Vec2::zeros() });
                 break;
@@ -129,6 +134,31 @@ mod tests {
         assert_eq!(visits(&patrol(false), 7), [1, 2, 1, 0, 1, 2, 1]);
         let two = Patrol { waypoints: Arc::new([Vec2::zeros(), Vec2::x()]), ..patrol(false) };
         assert_eq!(visits(&two, 4), [1, 0, 1, 0]);
+    }
+
+    #[test]
+    fn a_patrol_that_turns_back_goes_round_the_other_way() {
+        use crate::map::OccupancyGrid;
+        use crate::world::statics::StaticMap;
+        // The second leg of the round is closed at y = 2: it comes as far as 1.7, goes back, and past the first waypoint to the last.
+        let map = StaticMap::new(OccupancyGrid::from_ascii(&["....", ".###", "....", "...."], 1.0));
+        let statics = Statics { map: &map, unknown: &[] };
+        let waypoints = Arc::new([Vec2::new(0.5, 0.5), Vec2::new(2.5, 0.5), Vec2::new(2.5, 3.5), Vec2::new(0.5, 3.5)]);
+        let patrol = Patrol { waypoints, speed_mps: 1.0, closed: true, pause_s: 0.0 };
+        let mut mover = Mover::new(Vec2::new(0.5, 0.5), Vec2::zeros(), 0.3);
+        mover.on_static = OnStatic::TurnBack;
+        let mut driver = patrol.driver(Vec2::zeros());
+        let mut places = Vec::new();
+        for _ in 0..90 {
+            let course = driver.course(&mover, &statics, Span { begin_s: 0.0, lasts_s: 0.1 });
+            (mover.position, mover.velocity) = course.at(0.1);
+            places.push(mover.position);
+        }
+        let highest = places.iter().filter(|p| p.x > 2.0).fold(0.0, |high, p| math::max(high, p.y));
+        assert!((highest - 1.7).abs() < 0.06, "{highest}");
+        // 2 + 1.2 there, 1.2 + 2 back, then up to the last waypoint: 3 m more need 9.4 s, so it is on that leg.
+        let end = places[places.len() - 1];
+        assert!((end.x - 0.5).abs() < 1e-9 && end.y > 2.5, "{end:?}");
     }
 
     #[test]

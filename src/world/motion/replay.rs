@@ -18,14 +18,16 @@ pub struct Sample {
     pub position: Vec2,
 }
 
-/// A recording: straight lines between its samples. The mover is absent before the first sample, and after the last one
-/// unless it stays.
+/// A recording: straight lines between its samples. The mover is absent before the first sample, in its holes, and after the last
+/// sample unless it stays.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replay {
     /// The samples in ascending order of time, no two at the same time; at least one.
     pub samples: Arc<[Sample]>,
     /// Whether the mover stands at its last sample afterwards, instead of vanishing.
     pub stays: bool,
+    /// Longest time between two samples that is bridged by a straight walk, s; a longer one is a hole.
+    pub gap_max_s: f64,
 }
 
 impl Replay {
@@ -33,7 +35,19 @@ impl Replay {
     fn is_present(&self, tick: Span) -> bool {
         const SLACK_S: f64 = 1e-9;
         let (first, last) = (self.samples[0].time_s, self.samples[self.samples.len() - 1].time_s);
-        tick.begin_s >= first - SLACK_S && (self.stays || tick.begin_s + tick.lasts_s <= last + SLACK_S)
+        let end_s = tick.begin_s + tick.lasts_s;
+        // From the last sample by the beginning of the tick to the first one by its end.
+        let from = self.samples.partition_point(|sample| sample.time_s <= tick.begin_s + SLACK_S).saturating_sub(1);
+        let to = self.samples.partition_point(|sample| sample.time_s < end_s - SLACK_S);
+        let met = &self.samples[from..(to + 1).min(self.samples.len())];
+        tick.begin_s >= first - SLACK_S
+            && (self.stays || end_s <= last + SLACK_S)
+            && !met.windows(2).any(|pair| self.is_hole(pair))
+    }
+
+    /// Whether nothing is known of the mover between two samples.
+    fn is_hole(&self, pair: &[Sample]) -> bool {
+        pair[1].time_s - pair[0].time_s > self.gap_max_s + 1e-9
     }
 
     /// Position at `time_s`; before the first and after the last sample, that of the nearest sample.
@@ -80,6 +94,10 @@ impl MotionKind for Replay {
             digest.point(sample.position);
         }
         digest.word(u64::from(self.stays));
+        // A recording without holes adds nothing, so that it keeps its fingerprint.
+        for (number, _) in self.samples.windows(2).enumerate().filter(|(_, pair)| self.is_hole(pair)) {
+            digest.word(number as u64);
+        }
     }
 
     fn driver(&self, _: Vec2) -> Box<dyn Drive> {
@@ -113,7 +131,7 @@ mod tests {
     /// From [0, 0] at 1 s to [2, 0] at 2 s and [2, 1] at 2.5 s.
     fn replay(stays: bool) -> Replay {
         let at = |time_s: f64, x: f64, y: f64| Sample { time_s, position: Vec2::new(x, y) };
-        Replay { samples: Arc::new([at(1.0, 0.0, 0.0), at(2.0, 2.0, 0.0), at(2.5, 2.0, 1.0)]), stays }
+        Replay { samples: Arc::new([at(1.0, 0.0, 0.0), at(2.0, 2.0, 0.0), at(2.5, 2.0, 1.0)]), stays, gap_max_s: 1.0 }
     }
 
     #[test]
@@ -129,6 +147,24 @@ mod tests {
         let is_present = |begin_s: f64, stays: bool| replay(stays).is_present(Span { begin_s, lasts_s: 0.5 });
         assert_eq!([0.5, 1.0, 2.0, 2.1].map(|begin_s| is_present(begin_s, false)), [false, true, true, false]);
         assert_eq!([0.5, 1.0, 2.0, 2.1].map(|begin_s| is_present(begin_s, true)), [false, true, true, true]);
+    }
+
+    #[test]
+    fn in_a_hole_of_the_data_nobody_is_there() {
+        // The first second is a hole for anything that bridges less.
+        let replay = Replay { gap_max_s: 0.9, ..replay(true) };
+        let is_present = |begin_s: f64| replay.is_present(Span { begin_s, lasts_s: 0.1 });
+        assert_eq!(
+            [0.9, 1.0, 1.5, 1.9, 1.95, 2.0, 2.4, 7.0].map(is_present),
+            [false, false, false, false, false, true, true, true]
+        );
+        let digest = |gap_max_s: f64| {
+            let mut digest = Digest::default();
+            MotionKind::digest(&Replay { gap_max_s, ..replay.clone() }, &mut digest);
+            digest.value()
+        };
+        assert_eq!((digest(0.9), digest(1.0)), (digest(0.6), digest(9.0)), "the same holes");
+        assert_ne!(digest(0.9), digest(1.0));
     }
 
     #[test]

@@ -42,7 +42,7 @@ impl ObstaclesSpec {
     }
 
     /// The unknown statics whose pose is given, grid frame.
-    pub(super) fn given_statics(&self, grid: &OccupancyGrid) -> Vec<UnknownStatic> {
+    pub(crate) fn given_statics(&self, grid: &OccupancyGrid) -> Vec<UnknownStatic> {
         self.unknown_static.iter().filter_map(|choice| choice.kind().given(grid)).collect()
     }
 

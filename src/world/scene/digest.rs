@@ -16,6 +16,10 @@ impl Scene {
         digest.point(self.start.position);
         digest.real(self.start.theta);
         digest.point(self.goal);
+        // A goal without a heading adds nothing, so that such scenes keep their fingerprint.
+        if let Some(heading_rad) = self.goal_heading_rad {
+            digest.words([u64::MAX, heading_rad.to_bits()]);
+        }
         digest.word(self.unknown_static.len() as u64);
         for obstacle in &self.unknown_static {
             digest.point(obstacle.pose().position);
@@ -44,6 +48,7 @@ impl Scene {
                 OnStatic::Reflect => 0,
                 OnStatic::Pass => 1,
                 OnStatic::Stop => 2,
+                OnStatic::TurnBack => 3,
             });
             digest.word(match mover.on_robot {
                 OnRobot::Ignore => 0,

@@ -71,6 +71,8 @@ pub struct Scene {
     pub start: Pose,
     /// Goal of the robot, grid frame.
     pub goal: Vec2,
+    /// Heading that the robot is to have at the goal where it has to stand there, grid frame, rad.
+    pub goal_heading_rad: Option<f64>,
     /// A way from start to goal on the known map that no planner has shaped; obstacles "on the route" are placed on it.
     /// `None` if no obstacle is placed by it.
     pub reference_route: Option<Path>,
@@ -86,7 +88,16 @@ impl Scene {
     /// A scene with nothing but a map, a start and a goal.
     pub fn new(map: &Arc<StaticMap>, start: Pose, goal: Vec2) -> Self {
         let (unknown_static, movers, script) = (Vec::new(), Vec::new(), Vec::new());
-        Self { map: Arc::clone(map), start, goal, reference_route: None, unknown_static, movers, script }
+        Self {
+            map: Arc::clone(map),
+            start,
+            goal,
+            goal_heading_rad: None,
+            reference_route: None,
+            unknown_static,
+            movers,
+            script,
+        }
     }
 
     /// Draws the scene of `seed`.
@@ -110,6 +121,7 @@ impl Scene {
             _ => math::atan2(goal.y - start.y, goal.x - start.x),
         };
         let mut scene = Self::new(map, Pose { position: start, theta }, goal);
+        scene.goal_heading_rad = spec.goal.heading_rad(&map.grid);
         // A search of the whole map: only if it is wanted.
         if spec.obstacles.need_route() {
             let route = route::reference_route(&map.grid, space.known(), start, goal, seed);

@@ -23,13 +23,15 @@ pub enum StartSpec {
     Cell(CellPlace),
 }
 
-/// Goal of the robot. Written `random`, `[x, y]` or `cell: [col, row]`.
+/// Goal of the robot. Written `random`, `[x, y]`, `[x, y, theta]` or `cell: [col, row]`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GoalSpec {
     /// A random free cell centre.
     Random(RandomPlace),
     /// [x, y] in the world frame, m.
     Position([Finite; 2]),
+    /// [x, y, theta] in the world frame, m and rad: also with that heading, where the robot has to stand there.
+    Pose([Finite; 3]),
     /// The centre of a cell.
     Cell(CellPlace),
 }
@@ -102,25 +104,32 @@ impl GoalSpec {
         match *self {
             Self::Random(_) => None,
             Self::Position(position) => Some(point_to_grid(position, grid)),
+            Self::Pose(pose) => Some(pose_to_grid(pose, grid).position),
             Self::Cell(cell) => Some(centre(cell, grid)),
+        }
+    }
+
+    /// The heading that the robot is to have there, grid frame, rad, if one is given.
+    pub fn heading_rad(&self, grid: &OccupancyGrid) -> Option<f64> {
+        match *self {
+            Self::Pose(pose) => Some(pose_to_grid(pose, grid).theta),
+            _ => None,
         }
     }
 }
 
 const NAMES: &[&str] = &["random", "cell"];
 
-/// Reads every spelling of a place; `heading` says whether a third number is allowed.
+/// Reads every spelling of a place.
 struct Reader {
     what: &'static str,
-    heading: bool,
 }
 
 impl<'de> Visitor<'de> for Reader {
     type Value = StartSpec;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let numbers = if self.heading { "[x, y], [x, y, theta]" } else { "[x, y]" };
-        write!(f, "a {}: `random`, {numbers} or `cell: [col, row]`", self.what)
+        write!(f, "a {}: `random`, [x, y], [x, y, theta] or `cell: [col, row]`", self.what)
     }
 
     fn visit_str<E: Error>(self, name: &str) -> Result<StartSpec, E> {
@@ -157,7 +166,7 @@ impl<'de> Visitor<'de> for Reader {
         }
         match count {
             2 => Ok(StartSpec::Position([numbers[0], numbers[1]])),
-            3 if self.heading => Ok(StartSpec::Pose(numbers)),
+            3 => Ok(StartSpec::Pose(numbers)),
             _ => Err(A::Error::invalid_length(count, &self)),
         }
     }
@@ -165,17 +174,17 @@ impl<'de> Visitor<'de> for Reader {
 
 impl<'de> Deserialize<'de> for StartSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Reader { what: "start", heading: true })
+        deserializer.deserialize_any(Reader { what: "start" })
     }
 }
 
 impl<'de> Deserialize<'de> for GoalSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Ok(match deserializer.deserialize_any(Reader { what: "goal", heading: false })? {
+        Ok(match deserializer.deserialize_any(Reader { what: "goal" })? {
             StartSpec::Random(params) => Self::Random(params),
             StartSpec::Position(position) => Self::Position(position),
             StartSpec::Cell(cell) => Self::Cell(cell),
-            StartSpec::Pose(_) => unreachable!("the reader of goals refuses a heading"),
+            StartSpec::Pose(pose) => Self::Pose(pose),
         })
     }
 }
@@ -202,17 +211,18 @@ impl Serialize for GoalSpec {
         match self {
             Self::Random(params) => entry(serializer, "random", params),
             Self::Position(position) => position.serialize(serializer),
+            Self::Pose(pose) => pose.serialize(serializer),
             Self::Cell(cell) => entry(serializer, "cell", cell),
         }
     }
 }
 
-fn schema(generator: &mut SchemaGenerator, description: &str, numbers_max: u32) -> Schema {
+fn schema(generator: &mut SchemaGenerator, description: &str) -> Schema {
     schemars::json_schema!({
         "description": description,
         "anyOf": [
             {"enum": ["random"]},
-            {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": numbers_max},
+            {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 3},
             {
                 "type": "object",
                 "properties": {"random": {"anyOf": [generator.subschema_for::<RandomPlace>(), {"type": "null"}]}},
@@ -234,7 +244,7 @@ impl JsonSchema for StartSpec {
         "StartSpec".into()
     }
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        schema(generator, "Where the robot starts: `random`, [x, y], [x, y, theta] or `cell: [col, row]`.", 3)
+        schema(generator, "Where the robot starts: `random`, [x, y], [x, y, theta] or `cell: [col, row]`.")
     }
 }
 
@@ -243,7 +253,7 @@ impl JsonSchema for GoalSpec {
         "GoalSpec".into()
     }
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        schema(generator, "Where the robot is to go: `random`, [x, y] or `cell: [col, row]`.", 2)
+        schema(generator, "Where the robot is to go: `random`, [x, y], [x, y, theta] or `cell: [col, row]`.")
     }
 }
 
@@ -260,6 +270,7 @@ mod tests {
         }
         assert_eq!(serde_yaml::from_str::<StartSpec>("random:").unwrap(), StartSpec::default());
         assert!(matches!(serde_yaml::from_str("[1, 2]"), Ok(GoalSpec::Position(_))));
+        assert!(matches!(serde_yaml::from_str("[1, 2, 3]"), Ok(GoalSpec::Pose(_))));
     }
 
     #[test]
@@ -274,7 +285,7 @@ mod tests {
             let error = serde_yaml::from_str::<StartSpec>(text).unwrap_err().to_string();
             assert!(error.contains(part), "{text}: {error}");
         }
-        let error = serde_yaml::from_str::<GoalSpec>("[1, 2, 3]").unwrap_err().to_string();
-        assert!(error.contains("a goal: `random`, [x, y] or `cell: [col, row]`"), "{error}");
+        let error = serde_yaml::from_str::<GoalSpec>("[1, 2, 3, 4]").unwrap_err().to_string();
+        assert!(error.contains("a goal: `random`, [x, y], [x, y, theta] or `cell: [col, row]`"), "{error}");
     }
 }

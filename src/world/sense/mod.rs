@@ -31,6 +31,18 @@ pub(super) struct Perception {
     /// Each unknown static as the robot believes it, if it knows of it, and how many it knows.
     known: Vec<Option<UnknownStatic>>,
     known_count: u32,
+    /// Each mover as it was sensed last, unless its place has been seen to be free since.
+    last_seen: Vec<Option<LastSeen>>,
+    remembered: Vec<SensedObstacle>,
+}
+
+/// A mover as it was sensed last.
+#[derive(Clone, Debug)]
+struct LastSeen {
+    /// Where it was in truth, to look there again.
+    position: Vec2,
+    /// As the robot perceived it.
+    perceived: SensedObstacle,
 }
 
 /// Map from the true place of an obstacle to the place where a robot with a wrong believed pose puts it.
@@ -71,6 +83,8 @@ impl Perception {
             believed: start,
             known: vec![None; bodies.unknown],
             known_count: 0,
+            last_seen: vec![None; bodies.movers],
+            remembered: Vec::with_capacity(bodies.movers),
         }
     }
 
@@ -86,6 +100,11 @@ impl Perception {
     /// Number of unknown statics that the robot knows of by now.
     pub(super) fn seen_statics(&self) -> u32 {
         self.known_count
+    }
+
+    /// The movers that were sensed before and not the last time, where they were sensed last.
+    pub(super) fn remembered(&self) -> &[SensedObstacle] {
+        &self.remembered
     }
 
     /// The scan of the last time that the robot sensed.
@@ -124,16 +143,30 @@ impl Perception {
     ) {
         let eye = placing.eye;
         sensed.clear();
-        for (number, mover) in scene.movers.iter().enumerate().filter(|(_, mover)| mover.present) {
-            let gap_m = mover.outline.distance_m(mover.position, eye.position);
-            let nearest = || mover.nearest_point(eye.position);
-            if let Some(sighting) = self.sensor.look(scene, eye, tick, Body::Mover(number), gap_m, nearest) {
-                sensed.push(SensedObstacle {
+        self.remembered.clear();
+        for (number, mover) in scene.movers.iter().enumerate() {
+            let mut look = |at: Vec2| {
+                let gap_m = mover.outline.distance_m(at, eye.position);
+                let nearest = || mover.outline.nearest_point(at, eye.position);
+                self.sensor.look(scene, eye, tick, Body::Mover(number), gap_m, nearest)
+            };
+            let last_seen = &mut self.last_seen[number];
+            if let Some(sighting) = mover.present.then(|| look(mover.position)).flatten() {
+                let perceived = SensedObstacle {
                     id: number as u32,
                     position: placing.point(mover.position + sighting.offset),
                     velocity: placing.direction(mover.velocity + sighting.velocity_error),
                     outline: mover.outline.clone().with_axis(placing.direction(mover.outline.axis())),
-                });
+                };
+                *last_seen = Some(LastSeen { position: mover.position, perceived: perceived.clone() });
+                sensed.push(perceived);
+            } else if let Some(last) = last_seen {
+                // Where it was, it would be seen now.
+                if look(last.position).is_some() {
+                    *last_seen = None;
+                } else {
+                    self.remembered.push(last.perceived.clone());
+                }
             }
         }
     }

@@ -200,7 +200,7 @@ mod tests {
         let scene = Surroundings { statics: Statics { map: &map, unknown: &unknown }, movers: &movers };
         let eye = Pose::new(2.0, 2.0, theta);
         let gap_m = movers[0].outline.distance_m(movers[0].position, eye.position);
-        let nearest = || movers[0].nearest_point(eye.position);
+        let nearest = || movers[0].outline.nearest_point(movers[0].position, eye.position);
         Sensor::new(spec, SEED, BODIES).look(&scene, eye, 7, Body::Mover(0), gap_m, nearest)
     }
 

@@ -15,6 +15,7 @@ use super::obstacles::unknown_static::UnknownStatic;
 use super::scene::Scene;
 use super::sense::{Perception, Surroundings};
 use super::statics::Statics;
+use crate::geometry::outline::SLACK_M;
 use crate::geometry::{Pose, Twist, Vec2};
 use crate::math;
 use crate::observation::{Belief, Scan, SensedObstacle};
@@ -27,10 +28,9 @@ use tick::Tick;
 use bodies::PerBody;
 pub(super) use bodies::{Bodies, Body};
 
-/// Below this speed, m/s, and [`REST_YAW_RATE_RADPS`] the robot counts as standing still.
-const REST_SPEED_MPS: f64 = 0.01;
-/// Below this yaw rate, rad/s, and [`REST_SPEED_MPS`] the robot counts as standing still.
-const REST_YAW_RATE_RADPS: f64 = 0.02;
+/// The robot counts as standing still while its centre and every point of its outline are slower than this, m/s. The outline of a
+/// disc does not move where the disc turns on the spot.
+const REST_SPEED_MPS: f64 = 0.02;
 
 /// Result of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +51,8 @@ pub struct Contact {
     pub with: ObstacleKind,
     /// Moment within the tick, s.
     pub time_s: f64,
-    /// Whether the robot stood still: below 0.01 m/s and below 0.02 rad/s.
+    /// Whether the robot stood still: its centre below 0.02 m/s, and every point of its outline, wherever it was touched. Turning on
+    /// the spot moves the corners of a polygon; the outline of a disc stays where it is.
     pub at_rest: bool,
     /// True pose at the contact, grid frame.
     pub pose: Pose,
@@ -89,7 +90,7 @@ pub struct World<'s> {
     conditions: Conditions,
     clock: Clock,
     state: RobotState,
-    goal: Vec2,
+    goal: (Vec2, Option<f64>),
     perception: Perception,
     drivetrain: Drivetrain,
     movers: Movers,
@@ -181,7 +182,7 @@ impl<'s> World<'s> {
             conditions: conditions.clone(),
             clock: Clock { tick: 0, period_s: conditions.control_period_s.get(), has_begun: false, events: 0 },
             state: RobotState { pose: scene.start, twist: Twist::ZERO },
-            goal: scene.goal,
+            goal: (scene.goal, scene.goal_heading_rad),
             perception: Perception::new(conditions, bodies, scene.start),
             drivetrain: Drivetrain::new(&conditions.actuation, conditions.seed),
             movers: Movers {
@@ -234,12 +235,23 @@ impl<'s> World<'s> {
 
     /// The goal in force, grid frame.
     pub fn goal(&self) -> Vec2 {
-        self.goal
+        self.goal.0
+    }
+
+    /// Heading that the robot is to have at the goal in force where it has to stand there, grid frame, rad.
+    pub fn goal_heading_rad(&self) -> Option<f64> {
+        self.goal.1
     }
 
     /// The scan at the beginning of this tick, after [`Self::sense`].
     pub fn scan(&self) -> Option<Scan<'_>> {
         self.perception.scan()
+    }
+
+    /// The movers that the robot sensed before and not the last time, where it sensed them last; each until it sees that it is no longer
+    /// there.
+    pub fn remembered(&self) -> &[SensedObstacle] {
+        self.perception.remembered()
     }
 
     /// The movers as they are now, in the scene's order.
@@ -250,6 +262,11 @@ impl<'s> World<'s> {
     /// Footprint edge to the nearest obstacle now, m, exact.
     pub fn clearance_m(&self) -> f64 {
         smallest(&self.gaps.now_m)
+    }
+
+    /// Whether the robot touches something now: at the beginning of an episode, by the script's doing.
+    pub fn is_in_contact(&self) -> bool {
+        self.clearance_m() < -SLACK_M
     }
 
     /// Number of unknown statics that the robot knows of by now.
@@ -312,9 +329,9 @@ impl<'s> World<'s> {
         self.movers.drivers[number].set_velocity(&mut self.movers.states[number], velocity);
     }
 
-    /// Moves the goal, grid frame, m.
-    pub(super) fn set_goal(&mut self, goal: Vec2) {
-        self.goal = goal;
+    /// Moves the goal, grid frame, m, and gives it a heading or none.
+    pub(super) fn set_goal(&mut self, goal: Vec2, heading_rad: Option<f64>) {
+        self.goal = (goal, heading_rad);
     }
 
     /// Sets the range of the sensor for obstacles, m.
@@ -374,7 +391,7 @@ impl<'s> World<'s> {
         let contact = touched.map(|body| Contact {
             with: tick.kind(body, end_s),
             time_s: end_s,
-            at_rest: tick.twist.v.abs() < REST_SPEED_MPS && tick.twist.omega.abs() < REST_YAW_RATE_RADPS,
+            at_rest: tick.twist.v.abs() < REST_SPEED_MPS && tick.turning_mps() < REST_SPEED_MPS,
             pose,
         });
         self.state.pose = pose;

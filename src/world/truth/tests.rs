@@ -323,7 +323,7 @@ fn the_verdict_equals_dense_sampling_of_plain_geometry() {
                 // A true overlap, and no deeper than the first moment of one.
                 assert!(gaps[kind] < 0.0 && gaps[kind] > -1e-6, "{gaps:?} {contact:?} in episode {episode}");
                 assert!((contact.pose.position - on_arc(before, command, end_s)).norm() < 1e-9);
-                assert_eq!(contact.at_rest, command.v.abs() < 0.01 && command.omega.abs() < 0.02);
+                assert_eq!(contact.at_rest, command.v.abs() < 0.02);
                 break;
             }
         }

@@ -52,9 +52,12 @@ impl Tick<'_> {
             Body::Map | Body::Unknown(_) => 0.0,
             Body::Mover(number) => self.courses[number].speed(),
         };
-        let turning =
-            self.robot.footprint.as_ref().map_or(0.0, |corners| self.twist.omega.abs() * corners.circumradius_m());
-        self.twist.v.abs() + other + turning
+        self.twist.v.abs() + other + self.turning_mps()
+    }
+
+    /// Highest speed that turning alone gives a point of the outline, m/s; 0 for a disc, whose outline stays where it is.
+    pub(super) fn turning_mps(&self) -> f64 {
+        self.robot.footprint.as_ref().map_or(0.0, |corners| self.twist.omega.abs() * corners.circumradius_m())
     }
 
     /// The kind of obstacle that the robot touches when it touches `body` at `time_s`.

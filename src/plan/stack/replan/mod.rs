@@ -2,6 +2,7 @@
 
 use super::planning::PlanningSpec;
 use super::route::Route;
+use super::standing::Standing;
 use crate::plan::PlanningGrid;
 use crate::plan::contract::Situation;
 use crate::settings::{Entry, registry};
@@ -38,6 +39,7 @@ pub struct Watch<'a> {
     pub(super) planning: &'a PlanningSpec,
     pub(super) grid: &'a mut PlanningGrid,
     pub(super) checked: &'a mut Checked,
+    pub(super) standing: &'a mut Standing,
     pub(super) standing_since_tick: u32,
     pub(super) planned_tick: u32,
 }
@@ -47,15 +49,17 @@ pub struct Watch<'a> {
 pub(super) struct Checked {
     /// Revision of the belief.
     pub(super) revision: u64,
+    /// Revision of the marks of movers that stand.
+    pub(super) standing_revision: u64,
     /// The tick, where movers block cells: they are elsewhere at every tick.
     pub(super) movers_tick: u32,
 }
 
 impl Checked {
     /// The map on which a test of the path at this tick would be made.
-    pub(super) fn now(situation: &Situation<'_>, planning: &PlanningSpec) -> Self {
+    pub(super) fn now(situation: &Situation<'_>, planning: &PlanningSpec, standing_revision: u64) -> Self {
         let movers_tick = if planning.movers.kind().block() { situation.tick } else { 0 };
-        Self { revision: situation.belief.revision(), movers_tick }
+        Self { revision: situation.belief.revision(), standing_revision, movers_tick }
     }
 }
 
@@ -72,12 +76,13 @@ impl Watch<'_> {
 
     /// Whether the rest of the path crosses a cell that has become impassable since this was last asked.
     pub fn path_has_become_blocked(&mut self) -> bool {
-        let now = Checked::now(self.situation, self.planning);
+        let now = Checked::now(self.situation, self.planning, self.standing.revision);
         if now == *self.checked {
             return false;
         }
         *self.checked = now;
-        super::rebuild_grid(self.grid, self.planning, self.situation);
+        let belief = self.standing.belief(self.situation);
+        super::rebuild_grid(self.grid, self.planning, &Situation { belief, ..*self.situation });
         !self.route.rest_is_free(self.grid)
     }
 }

@@ -67,6 +67,7 @@ mod tests {
     use crate::plan::stack::planning::PlanningSpec;
     use crate::plan::stack::replan::Checked;
     use crate::plan::stack::route::Route;
+    use crate::plan::stack::standing::Standing;
     use crate::robot::Robot;
 
     #[test]
@@ -86,6 +87,7 @@ mod tests {
                 planning: &PlanningSpec::default(),
                 grid: &mut PlanningGrid::default(),
                 checked: &mut Checked::default(),
+                standing: &mut Standing::default(),
                 standing_since_tick: 50,
                 planned_tick: 0,
             };

@@ -99,6 +99,8 @@ pub enum OnStatic {
     Pass,
     /// Stands still there for the rest of the episode.
     Stop,
+    /// Goes back the way it came, on its own line: the cart that meets a pallet in its aisle.
+    TurnBack,
 }
 
 /// What a mover does about the robot.
@@ -212,11 +214,6 @@ impl Mover {
     /// Radius of the smallest disc about its centre that holds it, m.
     pub fn radius_m(&self) -> f64 {
         self.outline.circumradius_m()
-    }
-
-    /// The point of its outline that is nearest to `p`; `p` itself inside.
-    pub(in crate::world) fn nearest_point(&self, p: Vec2) -> Vec2 {
-        self.outline.nearest_point(self.position, p)
     }
 
     /// Signed distance between a body and the mover with its centre at `position`, m: negative where they overlap.

@@ -39,7 +39,8 @@ pub struct Params {
     /// A convex outline in place of the disc: corners [x, y], m, x along the first leg; it keeps that heading. Default: none.
     #[serde(default)]
     pub footprint: Option<OutlineCorners>,
-    /// Where a static obstacle is in its way: `stop` waits there, `pass` goes through. Default: stop.
+    /// Where a static obstacle is in its way: `stop` waits there, `turn_back` goes back to the waypoint before, `pass` goes through.
+    /// Default: stop.
     #[serde(default = "on_static_default")]
     pub on_static: OnStatic,
     /// Towards the robot. Default: ignore.

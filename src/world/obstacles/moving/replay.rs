@@ -33,6 +33,10 @@ pub struct Params {
     /// Only these ids, as they stand in the file. Default: all.
     #[serde(default)]
     pub ids: Option<Vec<u64>>,
+    /// Longest time between two rows of one id over which it walks straight on, s; in a longer hole it is not there: it is neither
+    /// sensed nor touched until the data goes on. Default: 1.
+    #[serde(default = "gap_default")]
+    pub gap_max_s: Positive,
     /// Radius of the discs, m. Default: 0.3.
     #[serde(default = "radius_default")]
     pub radius_m: Positive,
@@ -46,6 +50,10 @@ pub struct Params {
 
 fn frame_rate_default() -> Positive {
     Positive::new(25.0)
+}
+
+fn gap_default() -> Positive {
+    Positive::new(1.0)
 }
 
 fn from_default() -> NonNegative {
@@ -100,7 +108,7 @@ impl MovingKind for Params {
             let first = samples[0].position;
             Mover {
                 on_static: OnStatic::Pass,
-                motion: Replay { samples, stays: self.stays }.into(),
+                motion: Replay { samples, stays: self.stays, gap_max_s: self.gap_max_s.get() }.into(),
                 present: false,
                 ..Mover::new(first, Vec2::zeros(), self.radius_m.get())
             }
@@ -129,7 +137,7 @@ mod tests {
 
     #[test]
     fn a_recorded_mover_is_at_the_recorded_place_and_gone_outside_of_its_time() {
-        let csv = b"time_s,id,x_m,y_m\n1.0,4,10,10\n1.4,4,10.4,10\n1.85,4,10.4,10.9\n3.0,4,10.4,13.2\n";
+        let csv = b"time_s,id,x_m,y_m\n1.0,4,10,10\n1.4,4,10.4,10\n1.85,4,10.4,10.9\n2.85,4,10.4,12.9\n3.0,4,10.4,13.2\n";
         let recording = Arc::new(Recording::parse(csv, 25.0).unwrap());
         let obstacles = "moving: [replay: {file: unused.csv, from_s: 0.5}]";
         let mut spec = spec("[1, 1]", "[38, 28]", obstacles);
@@ -152,7 +160,7 @@ mod tests {
     #[test]
     fn a_mover_that_appears_upon_the_robot_is_a_collision_at_that_moment() {
         let csv = b"time_s,id,x_m,y_m\n1.0,4,1.2,1\n9.0,4,1.2,1\n";
-        let mut spec = spec("[1, 1]", "[38, 28]", "moving: [replay: {file: unused.csv}]");
+        let mut spec = spec("[1, 1]", "[38, 28]", "moving: [replay: {file: unused.csv, gap_max_s: 8}]");
         set_recording(&mut spec, Arc::new(Recording::parse(csv, 25.0).unwrap()));
         let map = Arc::new(StaticMap::new(OccupancyGrid::empty(40, 30, 1.0)));
         let scene = Scene::generate(&spec, &map, &Robot::default(), seed(0)).unwrap();
