@@ -1,7 +1,7 @@
 //! `simrun analyze`: result files become comparisons.
 
 use super::{Failure, Out, say};
-use crate::comparison::{self, Format, Pairing, Section};
+use crate::comparison::{self, Format, Pairing, Section, Table};
 use crate::settings::quantity::counted;
 use std::path::PathBuf;
 
@@ -43,15 +43,16 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             let (file, missing) = (table.path.display(), table.missing.join(", "));
             say(&format!("{file}: an older version wrote this table; the columns that it lacks are empty: {missing}"));
         }
-        Ok(table.sections)
+        Ok(table)
     };
-    let sections = args.files.iter().map(read).collect::<Result<Vec<Vec<Section>>, Failure>>()?.concat();
+    let tables = args.files.iter().map(read).collect::<Result<Vec<Table>, Failure>>()?;
     if let Some(old) = &args.baseline {
         if args.files.len() > 1 {
             return Err(Failure::usage("--baseline compares one run with one older run"));
         }
-        return baseline(&read(old)?, &sections, &args.out);
+        return baseline(&read(old)?, &tables[0], &args.out);
     }
+    let sections = tables.into_iter().flat_map(|table| table.sections).collect::<Vec<Section>>();
     let pairing = Pairing { reference: args.reference.clone(), all_pairs: args.all_pairs, unpaired: args.unpaired };
     let reports = sections.iter().map(|section| comparison::analyse(section, &pairing));
     let reports = reports.collect::<Result<Vec<_>, _>>().map_err(Failure::usage)?;
@@ -66,9 +67,15 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
 /// Rows that moved, named one by one.
 const MOVED_SHOWN: usize = 20;
 
-fn baseline(old: &[Section], new: &[Section], out: &Out) -> Result<(), Failure> {
-    let found = comparison::compare_baseline(old, new).map_err(Failure::usage)?;
-    let mut text = format!(
+fn baseline(old: &Table, new: &Table, out: &Out) -> Result<(), Failure> {
+    let found = comparison::compare_baseline(&old.sections, &new.sections).map_err(Failure::usage)?;
+    let mut text = String::new();
+    if let (Some(before), Some(now)) = (&old.version, &new.version)
+        && before != now
+    {
+        text += &format!("The baseline was written by simrun {before}, this run by {now}: defaults may have moved (see the changelog).\n");
+    }
+    text += &format!(
         "{} in both, {} moved, {} missing, {} new\n",
         counted(found.rows, "row"),
         found.moved.len(),

@@ -49,6 +49,9 @@ fn check(args: &Args, text: &mut String) -> Result<(), Failure> {
                     counted(order.points()[0].len() as u64, "stack")
                 };
                 *text += &format!("{}: valid, {count}, {} each\n", file.display(), counted(episodes, "episode"));
+                for difference in experiment.differences(0) {
+                    *text += &format!("  note: {difference}\n");
+                }
                 for point in (0..experiment.points()).filter(|_| is_swept) {
                     let values = experiment.swept().iter().zip(experiment.values(point));
                     let values: Vec<String> = values.map(|(key, value)| format!("{key} = {value}")).collect();

@@ -1,6 +1,6 @@
 //! Rows of result files, sorted into sections; rows are compared only within a section.
 
-use crate::results::{EPISODES_CSV, ReadError, Reader, ResultsError, Row, title};
+use crate::results::{EPISODES_CSV, MANIFEST_JSON, Manifest, ReadError, Reader, ResultsError, Row, title};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
@@ -15,6 +15,8 @@ pub struct Table {
     pub sections: Vec<Section>,
     /// Columns that are younger than the table, hence undefined in every row.
     pub missing: Vec<&'static str>,
+    /// Version of simrun that wrote it, by the manifest beside it; `None` without a readable one.
+    pub version: Option<String>,
 }
 
 /// The rows of one file at one point of its sweep.
@@ -89,6 +91,13 @@ pub enum TableError {
     },
 }
 
+/// The version of simrun that the manifest beside a table names.
+fn version_beside(table: &Path) -> Option<String> {
+    let manifest = std::fs::read(table.with_file_name(MANIFEST_JSON)).ok()?;
+    let manifest: Manifest = serde_json::from_slice(&manifest).ok()?;
+    Some(manifest.identity.version)
+}
+
 /// Reads an `episodes.csv` of this version or an older one into one section per point; of a folder, the `episodes.csv` in it.
 ///
 /// # Errors
@@ -146,5 +155,6 @@ pub fn read_table(path: &Path) -> Result<Table, TableError> {
         let values = title(std::iter::once(section.swept.as_slice()));
         section.title = if values.is_empty() { shown.to_string() } else { format!("{shown}: {values}") };
     }
-    Ok(Table { sections, missing, path })
+    let version = version_beside(&path);
+    Ok(Table { sections, missing, version, path })
 }

@@ -4,6 +4,7 @@
 //! them on several threads and hands them back as they finish; the journal writes them in order. Nothing in a block depends on
 //! another, so that any of them can be driven alone ([`Experiment::run_block`]).
 
+mod differences;
 mod drive;
 mod pool;
 mod session;
@@ -190,6 +191,11 @@ impl Experiment {
     /// The value of each swept key at a point.
     pub fn values(&self, point: u32) -> &[String] {
         &self.points[point as usize].values
+    }
+
+    /// Settings in which the stacks of a point differ beside their planners, one sentence each.
+    pub fn differences(&self, point: u32) -> Vec<String> {
+        differences::differences(self.stacks(point), &self.scenario_at(point).planning)
     }
 
     /// The stacks that run at a point, in the order of their rows; empty if each has run in the same way at an earlier point.

@@ -1,13 +1,18 @@
 //! `dwa`: the dynamic window approach.
 //!
 //! Of the twists that one tick of acceleration can reach, drive each one ahead as if it stayed constant, drop those
-//! that touch something or from which the robot could not stop, and command the one that best trades heading for
-//! the target against distance from obstacles and speed. It reacts to what is near; it does not search, so a
-//! pocket between it and the target holds it. As the local layer under a global path, or alone in open space.
+//! that touch something or from which the robot could not stop, and command the one that gets farthest along the path for what it
+//! risks. It reacts to what is near; it does not search, so a pocket between it and the target holds it. As the local layer under a
+//! global path, or alone in open space.
 //!
 //! Source: D. Fox, W. Burgard, S. Thrun, "The dynamic window approach to collision avoidance", IEEE Robotics &
-//! Automation Magazine 4(1), 1997; in the form of the five papers reproduced here (gao2025 eq. 19–25, qin2026
-//! eq. 10–17, zhu2025 eq. 11–16, zhao2025 eq. 10–15, hu2024 eq. 14–18), which agree on
+//! Automation Magazine 4(1), 1997, for the window and the choice. Two objectives (`normalise`):
+//!
+//! - `fixed` (default): progress along the path, tempered by nearness, with the equations and sources of
+//!   [`objective`](super::window::objective). Movers are looked at over a horizon of their own, with braking
+//!   ([`movers`](super::window)), and where no twist is admissible a manoeuvre beyond the window is looked for.
+//! - `sum`: the form of the five papers reproduced here (gao2025 eq. 19–25, qin2026 eq. 10–17, zhu2025 eq. 11–16, zhao2025
+//!   eq. 10–15, hu2024 eq. 14–18), which agree on
 //!
 //! ```text
 //! G = α norm(heading) + β norm(dist) + γ norm(velocity)            largest wins, over V_s ∩ V_d ∩ V_a
@@ -20,22 +25,27 @@
 //! The window, the rollouts and V_a are those of [`window`](super::window), the normalisation and the ties those of
 //! [`Scoring`](super::window::Scoring).
 //!
+//! What `sum` does that an engineer would not expect, and why it is not the default: a rollout that ends beyond its target counts
+//! as pointing away, so the robot drives no faster than distance / horizon and creeps to its goal; standing still before
+//! an open gap can be the best, for nothing rewards progress; and as norm(k) is taken over a window that moves with the speed, the
+//! best speed jumps from tick to tick at low speeds.
+//!
 //! Departures and choices (ids of `systems.md`):
-//! - Movers stand where they are seen (`predict_dynamic: false`), as in plain DWA; G-A12 turns prediction on.
-//! - The heading is taken at the end of the horizon, as the papers print it; Fox et al. take it where the robot
-//!   would stop if it braked after the next tick (`heading_at: stop`). At the horizon's end it also slows the
-//!   robot down before a near target, for a rollout that overshoots the target points away from it.
-//! - `distance` is cut at 0.5 m: with the papers' usual 2 m it draws the robot into pockets.
+//! - Movers keep their velocity (`predict_dynamic`, G-A12); the papers' scenarios turn it off for `dwa`.
+//! - With `sum` the heading is taken on arrival at the target, or at the end of the horizon if that is sooner. The papers print the
+//!   end (`heading_at: horizon`); Fox et al. take it where the robot would stop if it braked after the next tick (`stop`).
+//! - `distance` is cut at 0.3 m: with the papers' usual 2 m it draws the robot into pockets.
 //! - The braking rule goes by arc length to the first contact (Fox et al.) and not by the clearance to the sides.
-//! - The velocity term knows no target: a target well inside the circle that the robot drives at full speed and
-//!   yaw rate can be orbited (with the default limits: nearer than 1 m and to the side or behind, from rest). This
-//!   is left as it is; under a global path the robot comes upon its targets from afar.
-//! - No admissible twist: [`recover`](super::window::DynamicWindow::recover), counted as a recovery.
+//! - With `sum` the velocity term knows no target: a target well inside the circle that the robot drives at full speed and
+//!   yaw rate can be orbited. With `fixed` the speed is capped so that the robot can turn to a near target and stop at the
+//!   last one.
+//! - No admissible twist: with movers near the manoeuvre that touches nothing or touches last, else
+//!   [`recover`](super::window::DynamicWindow::recover); counted as a recovery.
 //!
 //! Parameters: [`Params`].
 
 use super::LocalKind;
-use super::window::objective::{Objective, Weights};
+use super::window::objective::Objective;
 use super::window::params::window_params;
 use super::window::{Aim, DynamicWindow, Normalise, Score};
 use crate::plan::contract::{Decision, Entry, Failure, Fit, Guidance, LocalPlanner, Situation, State};
@@ -44,10 +54,6 @@ use crate::settings::quantity::NonNegative;
 window_params! {
     /// Parameters of `dwa`.
     pub struct Params {
-        /// Weight π of the progress along the path; only with `normalise: fixed`. Default 1.
-        pub progress_weight: NonNegative = NonNegative::new(1.0),
-        /// Weight δ of the distance from the path; higher holds the robot to it. Only with `normalise: fixed`. Default 0.5.
-        pub path_weight: NonNegative = NonNegative::new(0.5),
         /// Weight α of the heading term; higher turns to the path or target sooner and goes round less. Default 0.1.
         pub heading_weight: NonNegative = NonNegative::new(0.1),
         /// Weight β of the distance from obstacles; with `normalise: fixed` the share of its progress that contact takes off a rollout.
@@ -55,14 +61,12 @@ window_params! {
         pub distance_weight: NonNegative = NonNegative::new(0.5),
         /// Weight γ of the velocity term; lower is timid. Default 0.3.
         pub velocity_weight: NonNegative = NonNegative::new(0.3),
-        /// Whether movers are predicted at constant velocity; else they stand where they are. Default true.
-        pub predict_dynamic: bool = true,
     }
 }
 
 /// Registry entry.
 pub const ENTRY: Entry = Entry {
-    summary: "Dynamic window: the best of the twists within reach by heading, clearance and speed; for open space or under a global path.",
+    summary: "Dynamic window: the twist within reach that gets farthest along the path for what it risks; for open space or under a global path.",
     source: "D. Fox, W. Burgard, S. Thrun, The dynamic window approach to collision avoidance, IEEE Robotics & Automation Magazine 4(1), 1997",
     reacts_to_movers: true,
     states: &[State::TRACK, State::RECOVER],
@@ -105,13 +109,7 @@ impl LocalPlanner for Planner {
         let params = &self.params;
         let target = guidance.sub_goal;
         if params.normalise == Normalise::Fixed {
-            let weights = Weights {
-                progress: params.progress_weight.get(),
-                path: params.path_weight.get(),
-                heading: params.heading_weight.get(),
-                distance: params.distance_weight.get(),
-                velocity: params.velocity_weight.get(),
-            };
+            let weights = params.weights(params.velocity_weight.get());
             let aim = self.objective.aim(situation, guidance, self.window.horizons_s(situation.robot));
             self.window.roll(situation, &aim);
             let (objective, d_cap_m) = (&self.objective, params.d_cap_m.get());

@@ -9,12 +9,16 @@
 //!
 //! head, dist and vel are those of [`dwa`](super::dwa), window, rollouts and ties those of [`window`](super::window).
 //!
+//! That is `normalise: sum`, which the paper's scenarios state. By default (`fixed`) what is its own goes on top of the objective
+//! that it shares with `dwa` ([`objective`](super::window::objective)): the factor ln(e + dist / d2) on the velocity term, and the
+//! pull γ · d_best / |p_end − target|, where d_best is the nearest that any rollout could come within the horizon.
+//!
 //! Readings of the paper (ids of `systems.md`):
 //! - G-A11: the formula has α, β, λ, γ, the list of values α 0.05, β 0.2, γ 0.2, η 0.1. Matched by name, η is λ; by
 //!   order (`weights_by: order`) λ is 0.2 and γ 0.1.
 //! - G-A12: the text credits the method with predicting the obstacles' motion, though no formula does; movers keep their
-//!   velocity over the horizon here (`predict_dynamic`, on by default, off in `dwa`). Most of what sets this planner
-//!   apart from `dwa` is this: compare both with it on, and both with it off.
+//!   velocity over the horizon here (`predict_dynamic`, on by default as in `dwa`). In the paper's scenarios, where `dwa` has it
+//!   off, most of what sets the two apart is this.
 //! - G-A13: d2 is only defined for the global planner, as the distance from start to goal, which makes the factor
 //!   practically constant (ln(e + 2/41) = 1.018). By default it is that of the key nodes before and after the robot;
 //!   `d2_mode: global` takes both ends of the path in force. At least 1 m either way.
@@ -28,7 +32,7 @@
 //! Parameters: [`Params`].
 
 use super::LocalKind;
-use super::window::objective::{Objective, Weights};
+use super::window::objective::Objective;
 use super::window::params::window_params;
 use super::window::{Aim, DistanceMode, DynamicWindow, Normalise, Score};
 use crate::math;
@@ -79,8 +83,6 @@ window_params! {
         pub weights_by: WeightsBy = WeightsBy::Name,
         /// Which distance d2 is; a shorter one lets free space raise the velocity term more. Default `segment`.
         pub d2_mode: D2Mode = D2Mode::Segment,
-        /// Whether movers are predicted at constant velocity; else they stand where they are. Default true.
-        pub predict_dynamic: bool = true,
     }
 }
 
@@ -142,13 +144,7 @@ impl LocalPlanner for Planner {
         let d2_m = d2_m(params.d2_mode, guidance);
         let target = guidance.sub_goal;
         if params.normalise == Normalise::Fixed {
-            let weights = Weights {
-                progress: 1.0,
-                path: 0.5,
-                heading: params.heading_weight.get(),
-                distance: params.distance_weight.get(),
-                velocity: velocity_weight,
-            };
+            let weights = params.weights(velocity_weight);
             let aim = self.objective.aim(situation, guidance, self.window.horizons_s(situation.robot));
             let duration_s = self.window.roll(situation, &aim).duration_s();
             let now_m = (situation.pose.position - target).norm();
@@ -267,11 +263,11 @@ mod tests {
     }
 
     #[test]
-    fn every_option_of_dwa_is_an_option_here_with_the_same_default_but_prediction_and_the_papers_weights() {
+    fn every_option_of_dwa_is_an_option_here_with_the_same_default_but_the_papers_weights() {
         let of = |value: serde_json::Value| value.as_object().expect("a struct").clone();
         let ours = of(serde_json::to_value(Params::default()).unwrap());
         for (key, theirs) in of(serde_json::to_value(dwa::Params::default()).unwrap()) {
-            let differs = ["predict_dynamic", "velocity_weight", "heading_weight"].contains(&key.as_str());
+            let differs = ["velocity_weight", "heading_weight", "distance_weight"].contains(&key.as_str());
             assert_eq!(ours.get(&key) == Some(&theirs), !differs, "{key}");
         }
     }

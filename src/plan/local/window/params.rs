@@ -1,8 +1,7 @@
 //! The parameters that every planner over the dynamic window shares.
 
 /// Makes the parameters of a planner that weighs the window's rollouts: its own ones, then those of the window and
-/// of what [`Terms`] measures, which mean the same for all. `predict_dynamic` has to be among its own ones, since its default
-/// differs.
+/// of what [`Terms`] measures, which mean the same for all and have the same defaults.
 macro_rules! window_params {
     ($(#[$about:meta])* pub struct Params { $($(#[$doc:meta])* pub $field:ident: $type:ty = $default:expr,)* }) => {
         $(#[$about])*
@@ -10,6 +9,12 @@ macro_rules! window_params {
         #[serde(deny_unknown_fields, default)]
         pub struct Params {
             $($(#[$doc])* pub $field: $type,)*
+            /// Whether movers are predicted at constant velocity; else they stand where they are. Default true.
+            pub predict_dynamic: bool,
+            /// Weight π of the progress along the path; only with `normalise: fixed`. Default 1.
+            pub progress_weight: $crate::settings::quantity::NonNegative,
+            /// Weight δ of the distance from the path; higher holds the robot to it. Only with `normalise: fixed`. Default 0.5.
+            pub path_weight: $crate::settings::quantity::NonNegative,
             /// The scales of the objective. Default `fixed`.
             pub normalise: $crate::plan::local::window::Normalise,
             /// Time predicted against statics, s, rounded to whole control periods. Longer sees farther and admits less.
@@ -54,6 +59,9 @@ macro_rules! window_params {
                 use $crate::settings::quantity::{NonNegative, Positive, Samples};
                 Self {
                     $($field: $default,)*
+                    predict_dynamic: true,
+                    progress_weight: NonNegative::new(1.0),
+                    path_weight: NonNegative::new(0.5),
                     normalise: window::Normalise::Fixed,
                     horizon_s: None,
                     movers_horizon_s: None,
@@ -95,6 +103,17 @@ macro_rules! window_params {
                     braking_distance: self.va_distance,
                     braking_clip_m: self.va_uses_clip.then(|| self.va_clip_m.unwrap_or(self.d_cap_m).get()),
                     braking_turn: self.va_angular,
+                }
+            }
+
+            /// The weights of the objective on fixed scales.
+            fn weights(&self, velocity: f64) -> $crate::plan::local::window::objective::Weights {
+                $crate::plan::local::window::objective::Weights {
+                    progress: self.progress_weight.get(),
+                    path: self.path_weight.get(),
+                    heading: self.heading_weight.get(),
+                    distance: self.distance_weight.get(),
+                    velocity,
                 }
             }
 
