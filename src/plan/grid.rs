@@ -4,6 +4,7 @@
 //! that neither searches nor lines of sight ever test for the edge of the map. A second byte says which
 //! of its eight neighbours are passable, so that a search looks at one place to know where it can go.
 
+use super::clearance::{DISTANCE_SLACK_M, Obstacles, segment_square_distance, segments_distance};
 use crate::geometry::{Rect, Vec2, point_segment_distance};
 use crate::map::{Cell, DistanceField, OccupancyGrid, SIDE_MAX};
 use crate::math;
@@ -42,9 +43,6 @@ const UNITS_PER_CELL: i64 = 1 << 16;
 /// number is at least 1 / stride > 2^-15 away, so rounding down gives the row. Products stay below 2^59.
 const ROW_BITS: u32 = 44;
 
-/// Slack of comparisons between distances, m: what rounding may take from an exact clearance.
-const DISTANCE_SLACK_M: f64 = 1e-9;
-
 /// Cells in which the centre of the robot may be, with a blocked border around the map.
 #[derive(Clone, Debug, Default)]
 pub struct PlanningGrid {
@@ -59,6 +57,28 @@ pub struct PlanningGrid {
     row_factor: u64,
     /// Cells of the last escape zone opened, in a buffer that is reused.
     zone: Vec<u32>,
+    inflation_m: f64,
+    /// The distance field of the map, row-major without a border; empty without inflation.
+    squares: Vec<u32>,
+    /// What [`Self::block_capsule`] has blocked.
+    capsules: Vec<Capsule>,
+}
+
+/// The points nearer than `radius_m` to the segment a–b.
+#[derive(Clone, Copy, Debug)]
+struct Capsule {
+    a: Vec2,
+    b: Vec2,
+    radius_m: f64,
+}
+
+impl Capsule {
+    /// The distance from the segment a–b that has to be kept on the straight way between `from` and `to`: as much of the radius as
+    /// both leave.
+    fn needed_m(&self, from: Vec2, to: Vec2) -> f64 {
+        let away = |p: Vec2| point_segment_distance(p, self.a, self.b);
+        math::min(self.radius_m, math::min(away(from), away(to)))
+    }
 }
 
 impl PlanningGrid {
@@ -84,6 +104,12 @@ impl PlanningGrid {
         self.rows = grid.rows();
         self.resolution_m = grid.resolution_m();
         self.zone.clear();
+        self.inflation_m = inflation_m;
+        self.capsules.clear();
+        self.squares.clear();
+        if inflation_m > 0.0 {
+            self.squares.extend_from_slice(field.squares());
+        }
         let stride = self.stride();
         self.row_factor = (1u64 << ROW_BITS).div_ceil(stride as u64);
         self.cells.clear();
@@ -237,6 +263,7 @@ impl PlanningGrid {
                 }
             }
         }
+        self.capsules.push(Capsule { a, b, radius_m });
         if !rows.is_empty() {
             let (first, last) = (rows.start as usize, rows.end as usize);
             self.look_around(first.saturating_sub(1)..(last + 1).min(self.rows as usize));
@@ -246,6 +273,61 @@ impl PlanningGrid {
     /// Centre of a cell, grid frame, metres.
     pub fn centre(&self, cell: Cell) -> Vec2 {
         Vec2::new((f64::from(cell.col) + 0.5) * self.resolution_m, (f64::from(cell.row) + 0.5) * self.resolution_m)
+    }
+
+    /// The distance that centres of passable cells keep from obstacle squares, m; 0 where clearance is not the grid's business.
+    pub fn inflation_m(&self) -> f64 {
+        self.inflation_m
+    }
+
+    /// The obstacle squares of the map; none without inflation, when the grid does not know them.
+    pub fn obstacles(&self) -> Option<Obstacles<'_>> {
+        let known = || Obstacles::of_squares(&self.squares, self.cols, self.rows, self.resolution_m);
+        (!self.squares.is_empty()).then(known)
+    }
+
+    /// Whether the robot can go straight from a to b (grid frame, m): the segment keeps the inflation from obstacle squares, and
+    /// from movers that block cells what they block, as far as both its ends do. Exact, to 1e-9 m. Without inflation it is
+    /// [`Self::line_of_sight`].
+    ///
+    /// It is the rule for everything that is planned or steered for, and kinder than [`Self::line_of_sight`]: a blocked cell is
+    /// not obstacle all over, nor is a passable one clear all over.
+    pub fn is_clear(&self, a: Vec2, b: Vec2) -> bool {
+        self.is_clear_to(a, b, self.inflation_m)
+    }
+
+    /// As [`Self::is_clear`] for a clearance of `clearance_m` where that is less than the inflation: for a line in place of a
+    /// path that has no more.
+    pub fn is_clear_to(&self, a: Vec2, b: Vec2, clearance_m: f64) -> bool {
+        let Some(obstacles) = self.obstacles() else { return self.line_of_sight(a, b) };
+        obstacles.keeps_as_its_ends(a, b, math::min(clearance_m, self.inflation_m)) && self.passes_movers(a, b)
+    }
+
+    /// As [`Self::is_clear`] between the centres of two cells that are free: neither blocked nor in an escape zone.
+    pub fn is_clear_cells_free(&self, a: Cell, b: Cell) -> bool {
+        let Some(obstacles) = self.obstacles() else { return self.line_of_sight_cells_free(a, b) };
+        let is_free = |cell: Cell| self.passability(cell) == Passability::Free;
+        let (from, to) = (self.centre(a), self.centre(b));
+        is_free(a) && is_free(b) && obstacles.keeps(from, to, self.inflation_m) && self.passes_movers(from, to)
+    }
+
+    /// Distance between the segment a–b and the nearest obstacle square, m, or the inflation if that is less; 0 where they touch.
+    pub fn clearance(&self, a: Vec2, b: Vec2) -> f64 {
+        self.obstacles().map_or(0.0, |obstacles| obstacles.segment_clearance(a, b, self.inflation_m))
+    }
+
+    /// Whether a segment keeps from movers that block cells what they block, as far as both its ends do.
+    fn passes_movers(&self, a: Vec2, b: Vec2) -> bool {
+        self.capsules.iter().all(|capsule| {
+            segments_distance(a, b, capsule.a, capsule.b) >= capsule.needed_m(a, b) - DISTANCE_SLACK_M
+        })
+    }
+
+    /// Whether the segment a–b keeps from movers that block cells what they block, as far as `from` and `to` do.
+    pub(super) fn passes_movers_between(&self, a: Vec2, b: Vec2, from: Vec2, to: Vec2) -> bool {
+        self.capsules.iter().all(|capsule| {
+            segments_distance(a, b, capsule.a, capsule.b) >= capsule.needed_m(from, to) - DISTANCE_SLACK_M
+        })
     }
 
     /// Whether the segment between the centres of two cells touches no blocked cell.
@@ -337,6 +419,15 @@ impl PlanningGrid {
         self.line_of_sight(a, b) && (clearance_m <= 0.0 || self.keeps_clear(a, b, clearance_m))
     }
 
+    /// The sight of path stages: the segment is clear as [`Self::is_clear_to`] has it for `path_m`, the clearance of the path that
+    /// it replaces, and keeps `clearance_m` from blocked squares where the stage asks for any.
+    pub fn may_replace(&self, a: Vec2, b: Vec2, path_m: f64, clearance_m: f64) -> bool {
+        if self.squares.is_empty() {
+            return self.line_of_sight_with_clearance(a, b, clearance_m);
+        }
+        self.is_clear_to(a, b, path_m) && (clearance_m <= 0.0 || self.line_of_sight_with_clearance(a, b, clearance_m))
+    }
+
     /// Whether no blocked square is nearer than `clearance_m` to a segment that crosses none.
     fn keeps_clear(&self, a: Vec2, b: Vec2, clearance_m: f64) -> bool {
         let (a, b) = if a.y <= b.y { (a, b) } else { (b, a) };
@@ -420,16 +511,6 @@ fn lowest(a: Vec2, b: Vec2) -> Vec2 {
 
 fn highest(a: Vec2, b: Vec2) -> Vec2 {
     Vec2::new(math::max(a.x, b.x), math::max(a.y, b.y))
-}
-
-/// Distance between a segment and a square that it does not cross.
-///
-/// Two convex polygons that are apart come nearest at a corner of one of them.
-fn segment_square_distance(a: Vec2, b: Vec2, square: Rect) -> f64 {
-    let (min, max) = (square.min, square.max);
-    let corners = [min, Vec2::new(max.x, min.y), max, Vec2::new(min.x, max.y)];
-    let ends = math::min(square.signed_distance(a), square.signed_distance(b));
-    corners.iter().fold(ends, |nearest, &corner| math::min(nearest, point_segment_distance(corner, a, b)))
 }
 
 #[cfg(test)]

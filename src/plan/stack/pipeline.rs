@@ -2,7 +2,7 @@
 
 use crate::geometry::{Path, Piece, Vec2, cross};
 use crate::math;
-use crate::plan::PlanningGrid;
+use crate::plan::{Passability, PlanningGrid};
 use crate::plan::contract::{Failure, GlobalPlanner, PathStage, Plan, Situation, Task};
 
 /// Plans with `global` and treats the path with `stages`, in their order, into `plan`.
@@ -33,12 +33,66 @@ pub fn find_path<'s>(
 impl Plan {
     /// Makes the path of [`Self::cells`]: from the task's start through the centres of the cells between to its goal. The centres
     /// of the start's and the goal's own cells are no nodes: a robot that plans anew would turn back to the first.
+    ///
+    /// Where the straight way from the start to the first node is not clear ([`PlanningGrid::is_clear`]), the path joins the
+    /// stretch from the start cell's centre to that node at the farthest point to which it is; the same at the goal.
     pub fn follow_cells(&mut self, task: &Task<'_>) {
         let between = self.cells.get(1..self.cells.len().saturating_sub(1)).unwrap_or_default();
-        let centres = between.iter().map(|&cell| Piece::Line { to: task.grid.centre(cell) });
-        let pieces = centres.chain([Piece::Line { to: task.goal }]).collect();
+        let mut nodes: Vec<Vec2> = Vec::with_capacity(between.len() + 4);
+        nodes.extend(between.iter().map(|&cell| task.grid.centre(cell)));
+        let grid = task.grid;
+        let centre = |p: Vec2| grid.centre(grid.cell_at(p));
+        if grid.inflation_m() > 0.0 {
+            let first = nodes.first().copied();
+            let goes_straight = |to: Vec2| grid.is_clear(task.start, to);
+            if !goes_straight(first.unwrap_or(task.goal)) {
+                let way = way_to_stretch(grid, task.start, centre(task.start), first.unwrap_or_else(|| centre(task.goal)));
+                nodes.splice(0..0, way);
+            }
+            let last = nodes.last().copied();
+            if last.is_some_and(|last| !grid.is_clear(last, task.goal)) {
+                let way = way_to_stretch(grid, task.goal, centre(task.goal), last.unwrap_or(task.start));
+                nodes.extend(way.into_iter().rev());
+            }
+        }
+        let pieces = nodes.into_iter().chain([task.goal]).map(|to| Piece::Line { to }).collect();
         self.path = Path::new(task.start, pieces);
     }
+}
+
+/// Points tried along a stretch, and halvings between the last two of them.
+const STRETCH_POINTS: u32 = 16;
+const STRETCH_HALVINGS: u32 = 5;
+
+/// The nodes from `end`, a start or goal that has no clear way to the end of a stretch that begins at its own cell's centre, to the
+/// farthest point of the stretch to which it has one, that point included.
+///
+/// Where there is none, the way leads by the centre: straight, or first along one axis and then along the other, whichever has
+/// most room. A move along an axis inside a cell comes no nearer to any square than one of its ends.
+fn way_to_stretch(grid: &PlanningGrid, end: Vec2, centre: Vec2, to: Vec2) -> Vec<Vec2> {
+    let at = |share: f64| centre + (to - centre) * share;
+    let is_clear = |share: f64| grid.is_clear(end, at(share));
+    let share_of = |k: u32| f64::from(k) / f64::from(STRETCH_POINTS);
+    if let Some(k) = (0..STRETCH_POINTS).rev().find(|&k| is_clear(share_of(k))) {
+        let (mut near, mut far) = (share_of(k), share_of(k + 1));
+        for _ in 0..STRETCH_HALVINGS {
+            let middle = 0.5 * (near + far);
+            *(if is_clear(middle) { &mut near } else { &mut far }) = middle;
+        }
+        return vec![at(near)];
+    }
+    let ways = [vec![centre], vec![Vec2::new(end.x, centre.y), centre], vec![Vec2::new(centre.x, end.y), centre]];
+    let room_m = |way: &[Vec2]| {
+        let legs = core::iter::once(end).chain(way.iter().copied()).zip(way);
+        legs.map(|(from, &to)| grid.clearance(from, to)).fold(f64::INFINITY, math::min)
+    };
+    let [mut best, others @ ..] = ways;
+    for way in others {
+        if room_m(&way) > room_m(&best) + 1e-9 {
+            best = way;
+        }
+    }
+    best
 }
 
 /// Largest depth to which a path may reach into a blocked square, cells. A step past a corner that the planner may cut, from
@@ -61,12 +115,24 @@ fn check(path: &Path, task: &Task<'_>) -> Result<(), String> {
         return Err(format!("ends at {:?} and not at {:?}", path.end().as_slice(), task.goal.as_slice()));
     }
     let side_m = task.grid.resolution_m();
+    // Blocked by inflation alone, a cell is passable where the path keeps what its ends and the cells of escape zones leave.
+    let inflation_m = task.grid.inflation_m();
+    let obstacles = task.grid.obstacles();
+    let floor_m = obstacles.map_or(0.0, |obstacles| {
+        let in_zone = |p: &Vec2| task.grid.passability(task.grid.cell_at(*p)) == Passability::Escape;
+        let least = |floor_m: f64, p: Vec2| obstacles.clearance(p, floor_m);
+        path.vertices().filter(in_zone).chain([task.start, task.goal]).fold(inflation_m, least)
+    });
+    let has_room = |p: Vec2| {
+        obstacles.is_some_and(|obstacles| obstacles.clearance(p, floor_m) >= math::max(floor_m - SLACK_M, SLACK_M))
+            && task.grid.passes_movers_between(p, p, task.start, task.goal)
+    };
     let is_near_end = |p: Vec2| (p - task.start).norm() < 2.0 * side_m || (p - task.goal).norm() < 2.0 * side_m;
     let intrudes = |p: Vec2| {
         let cell = task.grid.cell_at(p);
         let offset = (p - task.grid.centre(cell)) / side_m;
         let depth = 0.5 - math::max(offset.x.abs(), offset.y.abs());
-        depth > INTRUSION_CELLS && !task.grid.is_passable(cell) && !is_near_end(p)
+        depth > INTRUSION_CELLS && !task.grid.is_passable(cell) && !is_near_end(p) && !has_room(p)
     };
     for (from, piece) in path.segments() {
         let steps = (piece.length(from) / (0.2 * side_m)).ceil().clamp(1.0, 1e6) as u32;
@@ -79,7 +145,7 @@ fn check(path: &Path, task: &Task<'_>) -> Result<(), String> {
 
 /// Joins lines that go straight on, after the last stage and never before: stages get every node. Paths with named key nodes or
 /// times stay as they are. The first and the last leg are judged by the centres of the start's and the goal's cells, between
-/// which a planner on the grid has gone straight.
+/// which a planner on the grid has gone straight; they take part where the robot can go straight as well.
 fn join(path: &mut Path, grid: &PlanningGrid) {
     if path.has_named_nodes() || !path.times_s().is_empty() || path.pieces().len() < 2 {
         return;
@@ -87,19 +153,25 @@ fn join(path: &mut Path, grid: &PlanningGrid) {
     let last = path.pieces().len() - 1;
     let centre = |p: Vec2| grid.centre(grid.cell_at(p));
     let mut pieces: Vec<Piece> = Vec::with_capacity(path.pieces().len());
-    // Where the piece before begins.
-    let mut before = centre(path.start());
+    // Where the piece before begins, and where it does in truth.
+    let (mut before, mut begin) = (centre(path.start()), path.start());
     for (index, (from, piece)) in path.segments().enumerate() {
         let goes_on = match (pieces.last(), piece) {
             (Some(Piece::Line { .. }), &Piece::Line { to }) => {
                 let (arriving, leaving) = (from - before, if index == last { centre(to) } else { to } - from);
                 let slack = STRAIGHT_RAD * arriving.norm() * leaving.norm();
-                cross(arriving, leaving).abs() <= slack && arriving.dot(&leaving) >= 0.0
+                // Between cells' centres all is as it was; a leg to a point beside its centre is another line.
+                let is_leg = pieces.len() == 1 || index == last;
+                cross(arriving, leaving).abs() <= slack
+                    && arriving.dot(&leaving) >= 0.0
+                    && (!is_leg || grid.inflation_m() <= 0.0 || grid.is_clear(begin, to))
             }
             _ => false,
         };
         if goes_on {
             pieces.pop();
+        } else {
+            begin = from;
         }
         pieces.push(piece.clone());
         before = if index == 0 { before } else { from };
