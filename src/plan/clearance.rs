@@ -158,10 +158,8 @@ impl<'a> Obstacles<'a> {
 
     /// Distance between the segment a–b and the nearest square, m, or `limit_m` if that is less: by looking at every square around.
     fn nearest_within(&self, a: Vec2, b: Vec2, limit_m: f64) -> f64 {
-        let (low, high) = (
-            Vec2::new(math::min(a.x, b.x), math::min(a.y, b.y)),
-            Vec2::new(math::max(a.x, b.x), math::max(a.y, b.y)),
-        );
+        let (low, high) =
+            (Vec2::new(math::min(a.x, b.x), math::min(a.y, b.y)), Vec2::new(math::max(a.x, b.x), math::max(a.y, b.y)));
         // Rounding must not lose a line of cells, nor a square that is only touched.
         let reach = limit_m + 1e-6 * self.side_m;
         let first = |x: f64| ((x - reach) / self.side_m).floor().clamp(-1.0, f64::from(i32::MAX)) as i32;
@@ -171,10 +169,7 @@ impl<'a> Obstacles<'a> {
         // The ring of squares around the map: the nearest points of its four sides are straight across.
         if cols.0 < 0 || rows.0 < 0 || cols.1 >= self.cols || rows.1 >= self.rows {
             let extent = Vec2::new(f64::from(self.cols), f64::from(self.rows)) * self.side_m;
-            let to_border = math::min(
-                math::min(low.x, low.y),
-                math::min(extent.x - high.x, extent.y - high.y),
-            );
+            let to_border = math::min(math::min(low.x, low.y), math::min(extent.x - high.x, extent.y - high.y));
             // NaN counts as outside.
             least_m = if to_border > 0.0 { math::min(least_m, to_border) } else { 0.0 };
         }
@@ -320,7 +315,10 @@ mod tests {
         // 0.5 m to the border and to the square; round the corner of it, (1, 1), it is 0.2 · √2 / 2.
         let v = Vec2::new;
         assert_eq!(obstacles.clearance(v(0.5, 1.5), 9.0), 0.5);
-        assert!((obstacles.segment_clearance(v(0.5, 1.3), v(1.3, 0.5), 9.0) - 0.1 * core::f64::consts::SQRT_2).abs() < 1e-12);
+        assert!(
+            (obstacles.segment_clearance(v(0.5, 1.3), v(1.3, 0.5), 9.0) - 0.1 * core::f64::consts::SQRT_2).abs()
+                < 1e-12
+        );
         assert!(!obstacles.keeps(v(0.5, 1.5), v(2.5, 1.5), 0.0));
     }
 

@@ -81,6 +81,10 @@ const MARGIN_M: f64 = 0.025;
 /// Speeds of a robot that would not get away otherwise, m/s.
 const CRAWL_MPS: [f64; 2] = [0.1, 0.03];
 
+/// Points of the path behind the robot's place that are tried, and the distance from one to the next, m.
+const BACK_POINTS: u32 = 20;
+const BACK_STEP_M: f64 = 0.05;
+
 /// Ticks after which a way out is taken to be clear: a bound of the work.
 const TICKS_MAX: u32 = 200;
 
@@ -142,11 +146,14 @@ impl<'a> Tracker<'a> {
         let place = Place::at(path, guidance.progress_m);
         let braking_m = 0.5 * twist.v * twist.v / robot.deceleration_max_mps2;
         let ahead_m = place.along_m + lookahead_m + braking_m;
-        // As far as the path and the robot's own place leave it.
         let room_m = |radius_m: f64| {
             let path_m = obstacles.path_clearance(path, place.along_m, ahead_m, radius_m + 2.0 * MARGIN_M);
-            let gap_m = obstacles.clearance(pose.position, path_m) - radius_m;
-            (gap_m > 0.0).then_some(radius_m + 0.5 * gap_m)
+            let here_m = obstacles.clearance(pose.position, path_m);
+            (here_m > radius_m).then(|| {
+                // Half of what the path leaves; a robot that has less itself keeps nearly that.
+                let (of_path_m, of_place_m) = (0.5 * (path_m - radius_m), 0.9 * (here_m - radius_m));
+                radius_m + math::min(of_path_m, of_place_m)
+            })
         };
         let room_m = room_m(robot.radius_m).or_else(|| room_m(robot.inscribed_radius_m()));
         let now = Drive { pose, twist, place };
@@ -204,8 +211,8 @@ impl<'a> Tracker<'a> {
             }
             faced = faced.or(Some(bearing));
         }
-        let shortest_m = SHARES[SHARES.len() - 1] * self.lookahead_m;
-        let bearing = faced.unwrap_or_else(|| now.pose.bearing_to(self.look_ahead(now, shortest_m).0));
+        // Nothing ahead can be reached: back to the path, where it was left.
+        let Some(bearing) = faced else { return self.back_to_path().unwrap_or(Twist::ZERO) };
         if bearing.abs() > FINE_RAD {
             return turn(bearing);
         }
@@ -217,7 +224,24 @@ impl<'a> Tracker<'a> {
                 }
             }
         }
-        self.steer(now, shortest_m, CRAWL_MPS[1])
+        self.back_to_path().unwrap_or(Twist::ZERO)
+    }
+
+    /// Turns to the nearest point of the path, at the robot's place on it or behind, to which the way is clear, and goes there slowly.
+    fn back_to_path(&self) -> Option<Twist> {
+        let Drive { pose, twist, place } = self.now;
+        let room_m = self.room_m?;
+        let points = (0..=BACK_POINTS).map(|k| place.along_m - BACK_STEP_M * f64::from(k)).filter(|&along_m| along_m >= 0.0);
+        let points = points.map(|along_m| self.path.point_at(along_m));
+        let point = points
+            .filter(|point| (point - pose.position).norm() > 1e-3)
+            .find(|&point| self.obstacles.keeps(pose.position, point, room_m))?;
+        let bearing = pose.bearing_to(point);
+        if bearing.abs() > FINE_RAD {
+            return Some(Twist { v: 0.0, omega: turn_in_place(bearing, self.robot, self.dt_s) });
+        }
+        let away_m = (point - pose.position).norm();
+        Some(follow(curvature(pose, point), away_m, CRAWL_MPS[0], twist, self.robot, self.dt_s))
     }
 
     /// Whether the robot keeps clear when it obeys `command` for a tick and then brakes along the path.
@@ -388,17 +412,17 @@ mod tests {
             ],
         );
         // On the line: 3-4-5 triangle of 0.6, 0.8, 1.
-        let look_ahead = |along_m: f64, from: Vec2, distance_m: f64| {
-            super::look_ahead(&path, Place::at(&path, along_m), from, distance_m)
+        let ahead = |along_m: f64, from: Vec2, distance_m: f64| {
+            look_ahead(&path, Place::at(&path, along_m), from, distance_m)
         };
-        let (point, is_end) = look_ahead(1.0, Vec2::new(1.0, 0.6), 1.0);
+        let (point, is_end) = ahead(1.0, Vec2::new(1.0, 0.6), 1.0);
         assert!(close(point, 1.8, 0.0) && !is_end);
         // On the arc: √2 · 2 from its beginning to its end, so 2 m away is at 60° of the circle.
-        let (point, _) = look_ahead(4.0, Vec2::new(4.0, 0.0), 2.0);
+        let (point, _) = ahead(4.0, Vec2::new(4.0, 0.0), 2.0);
         assert!(close(point, 4.0 + 2.0 * math::sin(math::PI / 3.0), 2.0 - 2.0 * math::cos(math::PI / 3.0)), "{point}");
         // Nearer to the end than the look-ahead: the end. Farther off the path than it: the point of progress.
-        assert!(close(look_ahead(6.5, Vec2::new(6.0, 1.5), 1.0).0, 6.0, 2.0));
-        assert!(close(look_ahead(2.0, Vec2::new(2.0, 3.0), 1.0).0, 2.0, 0.0));
+        assert!(close(ahead(6.5, Vec2::new(6.0, 1.5), 1.0).0, 6.0, 2.0));
+        assert!(close(ahead(2.0, Vec2::new(2.0, 3.0), 1.0).0, 2.0, 0.0));
     }
 
     #[test]

@@ -2,8 +2,8 @@
 
 use crate::geometry::{Path, Piece, Vec2, cross};
 use crate::math;
-use crate::plan::{Passability, PlanningGrid};
 use crate::plan::contract::{Failure, GlobalPlanner, PathStage, Plan, Situation, Task};
+use crate::plan::{Passability, PlanningGrid};
 
 /// Plans with `global` and treats the path with `stages`, in their order, into `plan`.
 ///
@@ -46,7 +46,8 @@ impl Plan {
             let first = nodes.first().copied();
             let goes_straight = |to: Vec2| grid.is_clear(task.start, to);
             if !goes_straight(first.unwrap_or(task.goal)) {
-                let way = way_to_stretch(grid, task.start, centre(task.start), first.unwrap_or_else(|| centre(task.goal)));
+                let way =
+                    way_to_stretch(grid, task.start, centre(task.start), first.unwrap_or_else(|| centre(task.goal)));
                 nodes.splice(0..0, way);
             }
             let last = nodes.last().copied();
@@ -186,11 +187,13 @@ const STRAIGHT_RAD: f64 = 1e-9;
 mod tests {
     use super::*;
     use crate::geometry::Pose;
+    use crate::geometry::Rect;
     use crate::map::{Cell, OccupancyGrid};
     use crate::observation::Belief;
     use crate::plan::contract::SearchEffort;
     use crate::plan::global::GlobalChoice;
     use crate::plan::grid::tests::{random_cell, random_map, stream, uninflated};
+    use crate::plan::path::PathChoice;
     use crate::robot::Robot;
 
     fn v(x: f64, y: f64) -> Vec2 {
@@ -270,6 +273,103 @@ mod tests {
             }
         }
         assert!(found > 300, "{found}");
+    }
+
+    #[test]
+    fn every_planner_and_stage_keeps_the_inflation_as_far_as_start_and_goal_do() {
+        let mut stream = stream(62);
+        let mut found = 0;
+        let stages: [&[&str]; 5] =
+            [&[], &["line_of_sight"], &["clearance_prune"], &["arc_fillet"], &["clearance_prune", "arc_fillet"]];
+        for _ in 0..40 {
+            let map = random_map(&mut stream, 20, 0.12);
+            let side_m = map.resolution_m();
+            let inflation_m = side_m * [0.3, 0.45, 0.7, 1.2, 2.4][stream.index(5)];
+            let mut random_point = || {
+                let cell = random_cell(&mut stream, &map);
+                map.centre(cell) + side_m * v(stream.range(-0.45, 0.45), stream.range(-0.45, 0.45))
+            };
+            let (start, goal) = (random_point(), random_point());
+            let squares: Vec<Rect> = (-1..=map.rows())
+                .flat_map(|row| (-1..=map.cols()).map(move |col| Cell { col, row }))
+                .filter(|&cell| !map.is_free(cell))
+                .map(|cell| map.square(cell))
+                .collect();
+            // By brute force, from the squares alone.
+            let room_m = |p: Vec2| squares.iter().map(|square| square.signed_distance(p)).fold(inflation_m, math::min);
+            if room_m(start) <= 0.0 || room_m(goal) <= 0.0 {
+                continue;
+            }
+            let (robot, belief) = (Robot::default(), Belief::from(&map));
+            let mut grid = PlanningGrid::new(&map, belief.field(), inflation_m);
+            grid.open_around(&map, map.cell_at(start));
+            grid.open_around(&map, map.cell_at(goal));
+            let situation = Situation::new(&robot, &belief, Pose { position: start, theta: 0.0 }, goal);
+            let task = Task { situation: &situation, grid: &grid, start, goal };
+            for &name in GlobalChoice::NAMES {
+                for stages in stages {
+                    let mut stages: Vec<Box<dyn PathStage>> =
+                        stages.iter().map(|name| PathChoice::by_name(name).unwrap().build()).collect();
+                    let mut planner = GlobalChoice::by_name(name).unwrap().build();
+                    let mut plan = Plan::default();
+                    match find_path(&mut *planner, &mut stages, &task, &mut plan) {
+                        Ok(()) => found += 1,
+                        Err(Failure::Fault(what)) => panic!("{name}: {what}"),
+                        Err(_) => continue,
+                    }
+                    // What start, goal and the planner's own cells leave; a diagonal step of the grid may dip.
+                    let ends = [start, goal].into_iter().map(room_m);
+                    let cells = plan.cells.iter().map(|&cell| room_m(map.centre(cell)));
+                    let steps = plan.cells.windows(2).filter(|pair| {
+                        (pair[0].col - pair[1].col).abs() == 1 && (pair[0].row - pair[1].row).abs() == 1
+                    });
+                    let dips = steps.map(|pair| grid.clearance(map.centre(pair[0]), map.centre(pair[1])));
+                    let floor_m = ends.chain(cells).chain(dips).fold(inflation_m, math::min);
+                    for (from, piece) in plan.path.segments() {
+                        for k in 0..=40 {
+                            let p = piece.chord_point(from, k, 40);
+                            let kept_m = room_m(p);
+                            assert!(
+                                kept_m >= floor_m - 1e-6,
+                                "{name} {:?}: {kept_m} of {floor_m} at {p:?}, inflation {inflation_m}\n{:?}\n{:?}",
+                                stages.len(),
+                                plan.path,
+                                plan.cells
+                            );
+                        }
+                    }
+                }
+            }
+        }
+        assert!(found > 300, "{found}");
+    }
+
+    #[test]
+    fn a_start_beside_its_cells_centre_joins_the_path_where_it_has_a_clear_way() {
+        // A gap of 1 m between blocks; the start stands half a cell off its cell's centre, to the left of the gap.
+        let map = OccupancyGrid::from_ascii(
+            &[
+                "............",
+                "....##......",
+                "....##......",
+                "............",
+                "....##......",
+                "....##......",
+                "............",
+            ],
+            1.0,
+        );
+        let (robot, belief) = (Robot::default(), Belief::from(&map));
+        let grid = PlanningGrid::new(&map, belief.field(), 0.3);
+        let (start, goal) = (v(3.54, 3.97), v(10.5, 3.5));
+        let situation = Situation::new(&robot, &belief, Pose { position: start, theta: 0.0 }, goal);
+        let task = Task { situation: &situation, grid: &grid, start, goal };
+        let mut plan = Plan::default();
+        let mut planner = GlobalChoice::by_name("a_star").unwrap().build();
+        find_path(&mut *planner, &mut [], &task, &mut plan).unwrap();
+        let nodes: Vec<Vec2> = plan.path.vertices().collect();
+        assert!(nodes.len() == 3 && nodes[1].y == 3.5 && nodes[1].x > 3.6 && nodes[1].x < 4.1, "{nodes:?}");
+        assert!(plan.path.segments().all(|(from, piece)| grid.clearance(from, piece.end()) >= 0.3 - 1e-9));
     }
 
     #[test]

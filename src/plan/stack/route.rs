@@ -190,6 +190,8 @@ mod tests {
             let bend = Curve::bezier([v(2.5, 0.5), v(2.5, 1.5), v(1.5, 2.5), end]);
             self::route(Path::new(v(2.5, 0.5), vec![Piece::Curve(Box::new(bend))]))
         };
-        assert!(curve(v(0.5, 2.5)).rest_is_free(&grid, v(2.5, 0.5)) && !curve(v(1.5, 0.5)).rest_is_free(&grid, v(2.5, 0.5)));
+        assert!(
+            curve(v(0.5, 2.5)).rest_is_free(&grid, v(2.5, 0.5)) && !curve(v(1.5, 0.5)).rest_is_free(&grid, v(2.5, 0.5))
+        );
     }
 }
