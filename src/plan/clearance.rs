@@ -49,6 +49,9 @@ impl<'a> Obstacles<'a> {
 
     /// Distance between the segment a–b and the nearest obstacle square, m, or `limit_m` if that is less; 0 where they touch.
     pub fn segment_clearance(&self, a: Vec2, b: Vec2, limit_m: f64) -> f64 {
+        if !(b - a).norm().is_finite() {
+            return 0.0;
+        }
         let mut least_m = limit_m;
         self.walk(a, b, limit_m, |from, to| {
             least_m = self.nearest_within(from, to, least_m);
@@ -106,6 +109,9 @@ impl<'a> Obstacles<'a> {
     fn walk(&self, a: Vec2, b: Vec2, clearance_m: f64, mut is_clear: impl FnMut(Vec2, Vec2) -> bool) -> bool {
         let d = b - a;
         let length_m = d.norm();
+        if !length_m.is_finite() {
+            return false;
+        }
         let direction = if length_m > 0.0 { d / length_m } else { d };
         // A part is about as long as the clearance is wide: longer ones are seldom clear as a whole, shorter ones look at squares twice.
         let part_m = math::max(self.side_m, clearance_m);
