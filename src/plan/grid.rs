@@ -4,6 +4,7 @@
 //! that neither searches nor lines of sight ever test for the edge of the map. A second byte says which
 //! of its eight neighbours are passable, so that a search looks at one place to know where it can go.
 
+use super::clearance::{DISTANCE_SLACK_M, Obstacles, segment_square_distance, segments_distance};
 use crate::geometry::{Rect, Vec2, point_segment_distance};
 use crate::map::{Cell, DistanceField, OccupancyGrid, SIDE_MAX};
 use crate::math;
@@ -42,9 +43,6 @@ const UNITS_PER_CELL: i64 = 1 << 16;
 /// number is at least 1 / stride > 2^-15 away, so rounding down gives the row. Products stay below 2^59.
 const ROW_BITS: u32 = 44;
 
-/// Slack of comparisons between distances, m: what rounding may take from an exact clearance.
-const DISTANCE_SLACK_M: f64 = 1e-9;
-
 /// Cells in which the centre of the robot may be, with a blocked border around the map.
 #[derive(Clone, Debug, Default)]
 pub struct PlanningGrid {
@@ -59,6 +57,46 @@ pub struct PlanningGrid {
     row_factor: u64,
     /// Cells of the last escape zone opened, in a buffer that is reused.
     zone: Vec<u32>,
+    inflation_m: f64,
+    /// The distance field of the map, row-major without a border; empty without inflation.
+    squares: Vec<u32>,
+    /// Padded like `cells`, empty without inflation: what a line through the cell has to look at, see [`Near`].
+    near: Vec<u8>,
+    /// Workspace of [`Self::look_for_corners`].
+    corners: Vec<u8>,
+    /// What [`Self::block_capsule`] has blocked.
+    capsules: Vec<Capsule>,
+}
+
+/// Bits of [`PlanningGrid::near`].
+///
+/// A line whose ends keep the inflation can lose it only at a convex corner of the obstacles, or where it enters one: along
+/// their sides the distance has no least value between the ends. So most cells have nothing to look at.
+struct Near;
+
+impl Near {
+    /// The cell is an obstacle, or outside.
+    const OBSTACLE: u8 = 0x80;
+    /// Where the inflation is wider than a cell: some corner is within it of the cell. Else the first of four bits, for the cell's
+    /// own corners that are corners of obstacles: lower left, lower right, upper left, upper right.
+    const CORNER: u8 = 0x01;
+}
+
+/// The points nearer than `radius_m` to the segment a–b.
+#[derive(Clone, Copy, Debug)]
+struct Capsule {
+    a: Vec2,
+    b: Vec2,
+    radius_m: f64,
+}
+
+impl Capsule {
+    /// The distance from the segment a–b that has to be kept on the straight way between `from` and `to`: as much of the radius as
+    /// both leave.
+    fn needed_m(&self, from: Vec2, to: Vec2) -> f64 {
+        let away = |p: Vec2| point_segment_distance(p, self.a, self.b);
+        math::min(self.radius_m, math::min(away(from), away(to)))
+    }
 }
 
 impl PlanningGrid {
@@ -84,6 +122,13 @@ impl PlanningGrid {
         self.rows = grid.rows();
         self.resolution_m = grid.resolution_m();
         self.zone.clear();
+        self.inflation_m = inflation_m;
+        self.capsules.clear();
+        self.squares.clear();
+        if inflation_m > 0.0 {
+            self.squares.extend_from_slice(field.squares());
+        }
+        self.look_for_corners();
         let stride = self.stride();
         self.row_factor = (1u64 << ROW_BITS).div_ceil(stride as u64);
         self.cells.clear();
@@ -109,6 +154,57 @@ impl PlanningGrid {
         self.around.clear();
         self.around.resize(self.cells.len(), 0);
         self.look_around(0..self.rows as usize);
+    }
+
+    /// Works out [`Self::near`] from the squares.
+    fn look_for_corners(&mut self) {
+        self.near.clear();
+        if self.squares.is_empty() {
+            return;
+        }
+        let (stride, cols) = (self.stride(), self.cols as usize);
+        self.near.resize(stride * (self.rows as usize + 2), Near::OBSTACLE);
+        let padded_rows = self.near[stride..].chunks_exact_mut(stride).map(|row| &mut row[1..=cols]);
+        for (row, squares) in padded_rows.zip(self.squares.chunks_exact(cols)) {
+            for (near, &square) in row.iter_mut().zip(squares) {
+                *near = if square == 0 { Near::OBSTACLE } else { 0 };
+            }
+        }
+        // The corner at the lower left of each cell: of the four cells around it, one obstacle has both neighbours free.
+        self.corners.clear();
+        self.corners.resize(self.near.len(), 0);
+        let (near, count) = (&self.near, self.near.len());
+        let around = near[stride + 1..].iter().zip(&near[stride..]).zip(near[1..].iter().zip(near));
+        for (corner, ((&ur, &ul), (&lr, &ll))) in self.corners[stride + 1..].iter_mut().zip(around) {
+            let convex = (ur & !ul & !lr) | (ul & !ur & !ll) | (lr & !ll & !ur) | (ll & !lr & !ul);
+            *corner = convex >> 7;
+        }
+        let reach = (self.inflation_m / self.resolution_m).floor().min(f64::from(self.cols.max(self.rows))) as usize;
+        if reach == 0 {
+            let corners = &self.corners;
+            let at = |offset: usize| &corners[offset..];
+            let own = at(0).iter().zip(at(1)).zip(at(stride).iter().zip(at(stride + 1)));
+            for (near, ((ll, lr), (ul, ur))) in self.near.iter_mut().zip(own) {
+                *near |= ll | lr << 1 | ul << 2 | ur << 3;
+            }
+            return;
+        }
+        // Any corner in a box around the cell; beyond the end of a row the next one begins, which finds too many and never too few.
+        for step in [1, stride] {
+            let width = 2 * reach + 2;
+            let mut widened = 1;
+            while widened < width {
+                let by = widened.min(width - widened);
+                for at in 0..count.saturating_sub(by * step) {
+                    self.corners[at] |= self.corners[at + by * step];
+                }
+                widened += by;
+            }
+        }
+        let back = reach * (stride + 1);
+        for (at, near) in self.near.iter_mut().enumerate() {
+            *near |= if at < back { Near::CORNER } else { self.corners[at - back] };
+        }
     }
 
     /// Works out which neighbours are passable for the cells of some rows of the map.
@@ -237,6 +333,7 @@ impl PlanningGrid {
                 }
             }
         }
+        self.capsules.push(Capsule { a, b, radius_m });
         if !rows.is_empty() {
             let (first, last) = (rows.start as usize, rows.end as usize);
             self.look_around(first.saturating_sub(1)..(last + 1).min(self.rows as usize));
@@ -246,6 +343,165 @@ impl PlanningGrid {
     /// Centre of a cell, grid frame, metres.
     pub fn centre(&self, cell: Cell) -> Vec2 {
         Vec2::new((f64::from(cell.col) + 0.5) * self.resolution_m, (f64::from(cell.row) + 0.5) * self.resolution_m)
+    }
+
+    /// The distance that centres of passable cells keep from obstacle squares, m; 0 where clearance is not the grid's business.
+    pub fn inflation_m(&self) -> f64 {
+        self.inflation_m
+    }
+
+    /// The obstacle squares of the map; none without inflation, when the grid does not know them.
+    pub fn obstacles(&self) -> Option<Obstacles<'_>> {
+        let known = || Obstacles::of_squares(&self.squares, self.cols, self.rows, self.resolution_m);
+        (!self.squares.is_empty()).then(known)
+    }
+
+    /// Whether the robot can go straight from a to b (grid frame, m): the segment keeps the inflation from obstacle squares, and
+    /// from movers that block cells what they block, as far as both its ends do. Exact, to 1e-9 m. Without inflation it is
+    /// [`Self::line_of_sight`].
+    ///
+    /// It is the rule for everything that is planned or steered for, and kinder than [`Self::line_of_sight`]: a blocked cell is
+    /// not obstacle all over, nor is a passable one clear all over.
+    pub fn is_clear(&self, a: Vec2, b: Vec2) -> bool {
+        self.is_clear_to(a, b, self.inflation_m)
+    }
+
+    /// As [`Self::is_clear`] for a clearance of `clearance_m` where that is less than the inflation: for a line in place of a
+    /// path that has no more.
+    pub fn is_clear_to(&self, a: Vec2, b: Vec2, clearance_m: f64) -> bool {
+        let Some(obstacles) = self.obstacles() else { return self.line_of_sight(a, b) };
+        obstacles.keeps_as_its_ends(a, b, math::min(clearance_m, self.inflation_m)) && self.passes_movers(a, b)
+    }
+
+    /// As [`Self::is_clear`] between the centres of two cells that are free: neither blocked nor in an escape zone.
+    pub fn is_clear_cells_free(&self, a: Cell, b: Cell) -> bool {
+        if self.near.is_empty() {
+            return self.line_of_sight_cells_free(a, b);
+        }
+        let is_free = |cell: Cell| self.contains(cell) && self.cells[self.index(cell) as usize] == PASSABLE;
+        is_free(a)
+            && is_free(b)
+            && (if self.inflation_m < self.resolution_m {
+                self.keeps_off_own_corners(a, b)
+            } else {
+                self.keeps_off_corners(a, b)
+            })
+            && (self.capsules.is_empty() || self.passes_movers(self.centre(a), self.centre(b)))
+    }
+
+    /// Whether the line between two free cells keeps the inflation, which is less than a cell: no corner of a cell that it touches
+    /// is nearer. Whole numbers, but for the inflation.
+    fn keeps_off_own_corners(&self, a: Cell, b: Cell) -> bool {
+        let (d_col, d_row) = (i64::from(b.col - a.col), i64::from(b.row - a.row));
+        let squared = d_col * d_col + d_row * d_row;
+        // In half cells: a corner at r from a is |d × r| / |d| away from the line, where its foot is on the line.
+        let needed = 2.0 * (self.inflation_m - DISTANCE_SLACK_M) / self.resolution_m;
+        let cross_squared_min = needed * needed * squared as f64;
+        let is_off = |corner: (i64, i64)| {
+            let (x, y) = corner;
+            let along = d_col * x + d_row * y;
+            let cross = (d_col * y - d_row * x) as f64;
+            cross * cross >= cross_squared_min || along <= 0 || along >= 2 * squared
+        };
+        self.walk(a, b, |index, (col, row)| {
+            let near = self.near[index];
+            near == 0
+                || near < Near::OBSTACLE && {
+                    let (x, y) = (2 * col - 1, 2 * row - 1);
+                    (near & 1 == 0 || is_off((x, y)))
+                        && (near & 2 == 0 || is_off((x + 2, y)))
+                        && (near & 4 == 0 || is_off((x, y + 2)))
+                        && (near & 8 == 0 || is_off((x + 2, y + 2)))
+                }
+        })
+    }
+
+    /// Whether the line between two free cells keeps the inflation: the stretch of it that has corners around is measured.
+    fn keeps_off_corners(&self, a: Cell, b: Cell) -> bool {
+        let mut stretch: Option<((i64, i64), (i64, i64))> = None;
+        let is_free = self.walk(a, b, |index, at| {
+            let near = self.near[index];
+            if near != 0 {
+                stretch = Some((stretch.map_or(at, |(first, _)| first), at));
+            }
+            near < Near::OBSTACLE
+        });
+        let Some(((first, last), obstacles)) = stretch.zip(self.obstacles()).filter(|_| is_free) else {
+            return is_free;
+        };
+        let (from, to) = (self.centre(a), self.centre(b));
+        let d = to - from;
+        let length = d.norm();
+        if length == 0.0 {
+            return true;
+        }
+        // From a cell's diagonal before the first to one beyond the last.
+        let along_m = |at: (i64, i64)| self.resolution_m * Vec2::new(at.0 as f64, at.1 as f64).dot(&d) / length;
+        let point = |along_m: f64| from + d * (math::clamp(along_m, 0.0, length) / length);
+        obstacles.keeps(
+            point(along_m(first) - self.resolution_m),
+            point(along_m(last) + self.resolution_m),
+            self.inflation_m,
+        )
+    }
+
+    /// Walks from cell to cell along the line between the centres of two cells of the map and asks each one by its index and its
+    /// offset from a, until one says no. Where the line passes a vertex, both cells beside it have to be no obstacles.
+    #[inline(always)]
+    fn walk(&self, a: Cell, b: Cell, mut is_clear: impl FnMut(usize, (i64, i64)) -> bool) -> bool {
+        let (d_col, d_row) = (i64::from(b.col - a.col), i64::from(b.row - a.row));
+        let (step_col, step_row) = (d_col.signum(), d_row.signum());
+        let (skip_col, skip_row) = (step_col as isize, step_row as isize * self.stride() as isize);
+        let (cols, rows) = (d_col.abs(), d_row.abs());
+        let mut index = self.index(a) as isize;
+        let mut at = (0, 0);
+        // As in `sees`.
+        let mut lead = rows - cols;
+        let mut lines_left = cols + rows;
+        let mut clear = is_clear(index as usize, at);
+        while clear && lines_left > 0 {
+            if lead < 0 {
+                index += skip_col;
+                at.0 += step_col;
+                lead += 2 * rows;
+                lines_left -= 1;
+            } else if lead > 0 {
+                index += skip_row;
+                at.1 += step_row;
+                lead -= 2 * cols;
+                lines_left -= 1;
+            } else {
+                let is_obstacle = |beside: isize| self.near[(index + beside) as usize] >= Near::OBSTACLE;
+                if is_obstacle(skip_col) || is_obstacle(skip_row) {
+                    return false;
+                }
+                index += skip_col + skip_row;
+                at = (at.0 + step_col, at.1 + step_row);
+                lead += 2 * (rows - cols);
+                lines_left -= 2;
+            }
+            clear = is_clear(index as usize, at);
+        }
+        clear
+    }
+
+    /// Distance between the segment a–b and the nearest obstacle square, m, or the inflation if that is less; 0 where they touch.
+    pub fn clearance(&self, a: Vec2, b: Vec2) -> f64 {
+        self.obstacles().map_or(0.0, |obstacles| obstacles.segment_clearance(a, b, self.inflation_m))
+    }
+
+    /// Whether a segment keeps from movers that block cells what they block, as far as both its ends do.
+    fn passes_movers(&self, a: Vec2, b: Vec2) -> bool {
+        self.capsules
+            .iter()
+            .all(|capsule| segments_distance(a, b, capsule.a, capsule.b) >= capsule.needed_m(a, b) - DISTANCE_SLACK_M)
+    }
+
+    /// Whether the segment a–b keeps from movers that block cells what they block, as far as `from` and `to` do.
+    pub(super) fn passes_movers_between(&self, a: Vec2, b: Vec2, from: Vec2, to: Vec2) -> bool {
+        self.capsules.iter().all(|capsule| {
+            segments_distance(a, b, capsule.a, capsule.b) >= capsule.needed_m(from, to) - DISTANCE_SLACK_M
+        })
     }
 
     /// Whether the segment between the centres of two cells touches no blocked cell.
@@ -337,6 +593,15 @@ impl PlanningGrid {
         self.line_of_sight(a, b) && (clearance_m <= 0.0 || self.keeps_clear(a, b, clearance_m))
     }
 
+    /// The sight of path stages: the segment is clear as [`Self::is_clear_to`] has it for `path_m`, the clearance of the path that
+    /// it replaces, and keeps `clearance_m` from blocked squares where the stage asks for any.
+    pub fn may_replace(&self, a: Vec2, b: Vec2, path_m: f64, clearance_m: f64) -> bool {
+        if self.squares.is_empty() {
+            return self.line_of_sight_with_clearance(a, b, clearance_m);
+        }
+        self.is_clear_to(a, b, path_m) && (clearance_m <= 0.0 || self.line_of_sight_with_clearance(a, b, clearance_m))
+    }
+
     /// Whether no blocked square is nearer than `clearance_m` to a segment that crosses none.
     fn keeps_clear(&self, a: Vec2, b: Vec2, clearance_m: f64) -> bool {
         let (a, b) = if a.y <= b.y { (a, b) } else { (b, a) };
@@ -420,16 +685,6 @@ fn lowest(a: Vec2, b: Vec2) -> Vec2 {
 
 fn highest(a: Vec2, b: Vec2) -> Vec2 {
     Vec2::new(math::max(a.x, b.x), math::max(a.y, b.y))
-}
-
-/// Distance between a segment and a square that it does not cross.
-///
-/// Two convex polygons that are apart come nearest at a corner of one of them.
-fn segment_square_distance(a: Vec2, b: Vec2, square: Rect) -> f64 {
-    let (min, max) = (square.min, square.max);
-    let corners = [min, Vec2::new(max.x, min.y), max, Vec2::new(min.x, max.y)];
-    let ends = math::min(square.signed_distance(a), square.signed_distance(b));
-    corners.iter().fold(ends, |nearest, &corner| math::min(nearest, point_segment_distance(corner, a, b)))
 }
 
 #[cfg(test)]
@@ -618,6 +873,37 @@ pub(super) mod tests {
         // the end (2.5, 3.5) is 0.5 from the border.
         assert!(keeps((0.5, 1.5), (2.5, 3.5), 0.5));
         assert!(keeps((1.0, 2.0), (2.0, 3.0), 0.707) && !keeps((1.0, 2.0), (2.0, 3.0), 0.708));
+    }
+
+    #[test]
+    fn lines_between_free_cells_are_clear_where_they_keep_the_inflation() {
+        let mut stream = stream(7);
+        let (mut clear, mut refused) = (0, 0);
+        for _ in 0..1500 {
+            let share = stream.range(0.0, 0.2);
+            let map = random_map(&mut stream, 24, share);
+            let inflation_m = map.resolution_m() * [0.3, 0.49, 0.6, 0.95, 1.2, 2.0, 3.3][stream.index(7)];
+            let field = DistanceField::new(&map);
+            let grid = PlanningGrid::new(&map, &field, inflation_m);
+            let obstacles = Obstacles::new(&map, &field);
+            for _ in 0..20 {
+                let (a, b) = (random_cell(&mut stream, &map), random_cell(&mut stream, &map));
+                if !(grid.is_passable(a) && grid.is_passable(b)) {
+                    assert!(!grid.is_clear_cells_free(a, b));
+                    continue;
+                }
+                let least_m = obstacles.segment_clearance(map.centre(a), map.centre(b), 2.0 * inflation_m);
+                let expected = least_m >= inflation_m - DISTANCE_SLACK_M;
+                assert_eq!(grid.is_clear_cells_free(a, b), expected, "{a:?} {b:?} {inflation_m} {least_m}");
+                assert_eq!(
+                    grid.is_clear(map.centre(a), map.centre(b)),
+                    expected,
+                    "{a:?} {b:?} {inflation_m} {least_m}"
+                );
+                *(if expected { &mut clear } else { &mut refused }) += 1;
+            }
+        }
+        assert!(clear > 2000 && refused > 2000, "{clear} {refused}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //!
 //! Nothing here sees the world; planners get a [`Situation`](contract::Situation). Their interface is [`contract`].
 
+pub mod clearance;
 pub mod contract;
 pub mod global;
 mod grid;

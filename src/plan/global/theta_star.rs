@@ -100,7 +100,7 @@ impl Rule for ParentInSight<'_> {
         if !(is_cheaper(straight) || is_cheaper(stepped)) {
             return None;
         }
-        if grid.line_of_sight_cells_free(parent, to) {
+        if grid.is_clear_cells_free(parent, to) {
             is_cheaper(straight).then_some((from.parent, straight))
         } else {
             is_cheaper(stepped).then_some((from.index, stepped))

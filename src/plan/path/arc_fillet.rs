@@ -20,6 +20,7 @@
 //!   arc. It is computed exactly, along the whole arc, to 1e-9 m; with r = 0 the arc must not touch a square.
 //! - The result is lines and arcs, not samples of them; both ends of an arc are key nodes. Arcs of a stage before
 //!   stay, and so do the corners beside them.
+//! - An arc keeps the inflation from obstacles as well, or as much as the corner that it replaces.
 //!
 //! A fillet is never longer than the corner it replaces: R φ ≤ 2 t.
 
@@ -98,7 +99,7 @@ impl Stage {
         let inside = math::sign(turn) * Vec2::new(-u1.y, u1.x);
         let from = p1 - tangent_m * u1;
         let arc = Arc { from, to: p1 + tangent_m * u2, centre: from + radius_m * inside, radius_m, sweep: turn };
-        arc.keeps_clear(grid, self.clearance_m).then_some(arc)
+        (arc.keeps_clear(grid, self.clearance_m) && arc.keeps_inflation(grid, p1)).then_some(arc)
     }
 }
 
@@ -166,6 +167,30 @@ impl Arc {
                 if clearance_m > 0.0 { distance_m >= clearance_m - SLACK } else { distance_m > 0.0 }
             }
         })
+    }
+
+    /// Whether the arc keeps the inflation from obstacle squares, or as much as the corner `p1` that it replaces does.
+    fn keeps_inflation(&self, grid: &PlanningGrid, p1: Vec2) -> bool {
+        let Some(obstacles) = grid.obstacles() else { return true };
+        let needed_m = math::min(grid.clearance(self.from, p1), grid.clearance(p1, self.to));
+        let side_m = grid.resolution_m();
+        let bounds = self.bounds();
+        let first = |low: f64| ((low - needed_m) / side_m).floor() as i32 - 1;
+        let last = |high: f64| ((high + needed_m) / side_m).floor() as i32 + 1;
+        let cols = first(bounds.min.x).max(-1)..=last(bounds.max.x).min(grid.cols());
+        let rows = first(bounds.min.y).max(-1)..=last(bounds.max.y).min(grid.rows());
+        let keeps_off_squares =
+            rows.flat_map(|row| cols.clone().map(move |col| Cell { col, row })).all(|cell| {
+                !obstacles.is_occupied(cell) || {
+                    let min = side_m * Vec2::new(f64::from(cell.col), f64::from(cell.row));
+                    let distance_m = self.distance(Rect { min, max: min + Vec2::new(side_m, side_m) });
+                    distance_m > 0.0 && distance_m >= needed_m - SLACK
+                }
+            });
+        let piece = Piece::Arc { to: self.to, centre: self.centre, sweep: self.sweep };
+        let chords = piece.chord_count(self.from, 0.01 * side_m, 1e4);
+        let at = |k: u32| piece.chord_point(self.from, k, chords);
+        keeps_off_squares && (0..chords).all(|k| grid.passes_movers_between(at(k), at(k + 1), self.from, self.to))
     }
 
     /// Distance to a square, 0 where they touch.

@@ -19,11 +19,14 @@
 //! - The nodes are those that the stage is given: every cell of a path of cells, as in the paper, so that jumps may begin and
 //!   end between bends.
 //! - Arcs of a stage before are pieces like any other.
+//! - A jump keeps the inflation from obstacles as well, as every planned line does ([`PlanningGrid::is_clear`]), or as much as
+//!   the path that it replaces where that has less.
 //!
 //! [`line_of_sight`](super::line_of_sight) does one pass of greedy jumps instead, without asking whether a jump is shorter.
 
-use super::PathKind;
+use super::{PathKind, Room};
 use crate::geometry::{Path, Piece, Vec2, point_segment_distance};
+use crate::math;
 use crate::plan::PlanningGrid;
 use crate::plan::contract::{Entry, Failure, PathStage, Task};
 use crate::settings::quantity::NonNegative;
@@ -67,12 +70,13 @@ impl PathKind for Params {
 pub struct Stage {
     clearance_m: f64,
     nodes: Vec<Vec2>,
+    room_m: Vec<f64>,
 }
 
 impl Stage {
     /// A fresh stage.
     pub fn new(params: &Params) -> Self {
-        Self { clearance_m: params.clearance_m.get(), nodes: Vec::new() }
+        Self { clearance_m: params.clearance_m.get(), nodes: Vec::new(), room_m: Vec::new() }
     }
 
     /// Makes one pass of jumps; returns whether it made any.
@@ -86,9 +90,14 @@ impl Stage {
             for to in (from + 2..self.nodes.len()).rev() {
                 let b = self.nodes[to];
                 let is_shorter = (b - a).norm() < along_m - LENGTH_SLACK_M;
-                if is_shorter && grid.line_of_sight_with_clearance(a, b, self.clearance_m) {
+                let room = Room { grid, room_m: &self.room_m };
+                if is_shorter && room.may_replace(from..to, a, b, self.clearance_m) {
                     self.nodes.drain(from + 1..to);
                     pieces.splice(from..to, [Piece::Line { to: b }]);
+                    let room_m = room.least(from..to);
+                    if !self.room_m.is_empty() {
+                        self.room_m.splice(from..to, [math::max(room_m, grid.clearance(a, b))]);
+                    }
                     any = true;
                     break;
                 }
@@ -110,6 +119,10 @@ impl Stage {
             {
                 self.nodes.remove(at);
                 pieces.remove(at - 1);
+                if !self.room_m.is_empty() {
+                    let before = self.room_m.remove(at - 1);
+                    self.room_m[at - 1] = math::min(before, self.room_m[at - 1]);
+                }
             } else {
                 at += 1;
             }
@@ -129,6 +142,7 @@ impl Stage {
     fn treat(&mut self, grid: &PlanningGrid, path: &Path) -> Path {
         self.nodes.clear();
         self.nodes.extend(path.vertices());
+        Room::of(grid, path, &mut self.room_m);
         let mut pieces = path.pieces().to_vec();
         // Each round but the last leaves fewer pieces.
         loop {

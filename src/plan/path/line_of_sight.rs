@@ -8,10 +8,13 @@
 //! as resolved in `systems.md` §3(a): `i → largest j with los_r(P_i, P_j, r)`; there r is half a cell
 //! (Q-A5). Common practice otherwise ("string pulling").
 //!
+//! A shortcut keeps the inflation from obstacles as every planned line does ([`PlanningGrid::is_clear`]), or as much as the
+//! path that it replaces where that has less.
+//!
 //! Departures: pieces between neighbouring vertices are kept even where they break the clearance, so
 //! that a path remains a path; arcs of a stage before are pieces like any other.
 
-use super::PathKind;
+use super::{PathKind, Room};
 use crate::geometry::{Path, Piece, Vec2};
 use crate::plan::PlanningGrid;
 use crate::plan::contract::{Entry, Failure, PathStage, Task};
@@ -24,7 +27,8 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Distance that a shortcut must keep from blocked squares of the planning grid, m; larger keeps
-    /// more of the path. Default 0: it must not touch one.
+    /// more of the path. Default 0: it keeps the inflation (`planning.inflation_m`) from obstacles, and without inflation
+    /// it must not touch a blocked square.
     pub clearance_m: NonNegative,
 }
 
@@ -52,12 +56,13 @@ impl PathKind for Params {
 pub struct Stage {
     clearance_m: f64,
     vertices: Vec<Vec2>,
+    room_m: Vec<f64>,
 }
 
 impl Stage {
     /// A fresh stage.
     pub fn new(params: &Params) -> Self {
-        Self { clearance_m: params.clearance_m.get(), vertices: Vec::new() }
+        Self { clearance_m: params.clearance_m.get(), vertices: Vec::new(), room_m: Vec::new() }
     }
 }
 
@@ -73,8 +78,8 @@ impl Stage {
         self.vertices.clear();
         self.vertices.extend(path.vertices());
         let vertices = &self.vertices;
-        let in_sight =
-            |i: usize, j: usize| grid.line_of_sight_with_clearance(vertices[i], vertices[j], self.clearance_m);
+        let room = Room::of(grid, path, &mut self.room_m);
+        let in_sight = |i: usize, j: usize| room.may_replace(i..j, vertices[i], vertices[j], self.clearance_m);
         let last = vertices.len() - 1;
         let mut pieces = Vec::new();
         let mut at = 0;

@@ -206,7 +206,8 @@ impl Stack {
         }
         self.drive.anchor.follow(situation, self.planning.replan.kind().standing_radius_m());
         if let Some(path) = Pending::take(&mut self.drive.coming_path, tick) {
-            self.drive.route.set(path);
+            // Nothing has been planned or tested since: the grid is that of this path.
+            self.drive.route.set_on(path, &self.grid);
             self.drive.anchor = Anchor { position: situation.pose.position, tick };
         }
         self.plan_again(situation)?;
@@ -402,7 +403,7 @@ impl Stack {
         };
         let cost_s = expanded as f64 * planning.compute.per_expansion_s.get();
         match ticks_of(cost_s, situation.dt_s) {
-            0 => drive.route.set(path),
+            0 => drive.route.set_on(path, grid),
             delay => drive.coming_path = Some(Pending { ready_tick: situation.tick + delay, answer: path }),
         }
         Ok(())

@@ -2,8 +2,8 @@
 
 use crate::geometry::{Path, Piece, Vec2, cross};
 use crate::math;
-use crate::plan::PlanningGrid;
 use crate::plan::contract::{Failure, GlobalPlanner, PathStage, Plan, Situation, Task};
+use crate::plan::{Passability, PlanningGrid};
 
 /// Plans with `global` and treats the path with `stages`, in their order, into `plan`.
 ///
@@ -33,12 +33,67 @@ pub fn find_path<'s>(
 impl Plan {
     /// Makes the path of [`Self::cells`]: from the task's start through the centres of the cells between to its goal. The centres
     /// of the start's and the goal's own cells are no nodes: a robot that plans anew would turn back to the first.
+    ///
+    /// Where the straight way from the start to the first node is not clear ([`PlanningGrid::is_clear`]), the path joins the
+    /// stretch from the start cell's centre to that node at the farthest point to which it is; the same at the goal.
     pub fn follow_cells(&mut self, task: &Task<'_>) {
         let between = self.cells.get(1..self.cells.len().saturating_sub(1)).unwrap_or_default();
-        let centres = between.iter().map(|&cell| Piece::Line { to: task.grid.centre(cell) });
-        let pieces = centres.chain([Piece::Line { to: task.goal }]).collect();
+        let mut nodes: Vec<Vec2> = Vec::with_capacity(between.len() + 4);
+        nodes.extend(between.iter().map(|&cell| task.grid.centre(cell)));
+        let grid = task.grid;
+        let centre = |p: Vec2| grid.centre(grid.cell_at(p));
+        if grid.inflation_m() > 0.0 {
+            let first = nodes.first().copied();
+            let goes_straight = |to: Vec2| grid.is_clear(task.start, to);
+            if !goes_straight(first.unwrap_or(task.goal)) {
+                let way =
+                    way_to_stretch(grid, task.start, centre(task.start), first.unwrap_or_else(|| centre(task.goal)));
+                nodes.splice(0..0, way);
+            }
+            let last = nodes.last().copied();
+            if last.is_some_and(|last| !grid.is_clear(last, task.goal)) {
+                let way = way_to_stretch(grid, task.goal, centre(task.goal), last.unwrap_or(task.start));
+                nodes.extend(way.into_iter().rev());
+            }
+        }
+        let pieces = nodes.into_iter().chain([task.goal]).map(|to| Piece::Line { to }).collect();
         self.path = Path::new(task.start, pieces);
     }
+}
+
+/// Points tried along a stretch, and halvings between the last two of them.
+const STRETCH_POINTS: u32 = 16;
+const STRETCH_HALVINGS: u32 = 5;
+
+/// The nodes from `end`, a start or goal that has no clear way to the end of a stretch that begins at its own cell's centre, to the
+/// farthest point of the stretch to which it has one, that point included.
+///
+/// Where there is none, the way leads by the centre: straight, or first along one axis and then along the other, whichever has
+/// most room. A move along an axis inside a cell comes no nearer to any square than one of its ends.
+fn way_to_stretch(grid: &PlanningGrid, end: Vec2, centre: Vec2, to: Vec2) -> Vec<Vec2> {
+    let at = |share: f64| centre + (to - centre) * share;
+    let is_clear = |share: f64| grid.is_clear(end, at(share));
+    let share_of = |k: u32| f64::from(k) / f64::from(STRETCH_POINTS);
+    if let Some(k) = (0..STRETCH_POINTS).rev().find(|&k| is_clear(share_of(k))) {
+        let (mut near, mut far) = (share_of(k), share_of(k + 1));
+        for _ in 0..STRETCH_HALVINGS {
+            let middle = 0.5 * (near + far);
+            *(if is_clear(middle) { &mut near } else { &mut far }) = middle;
+        }
+        return vec![at(near)];
+    }
+    let ways = [vec![centre], vec![Vec2::new(end.x, centre.y), centre], vec![Vec2::new(centre.x, end.y), centre]];
+    let room_m = |way: &[Vec2]| {
+        let legs = core::iter::once(end).chain(way.iter().copied()).zip(way);
+        legs.map(|(from, &to)| grid.clearance(from, to)).fold(f64::INFINITY, math::min)
+    };
+    let [mut best, others @ ..] = ways;
+    for way in others {
+        if room_m(&way) > room_m(&best) + 1e-9 {
+            best = way;
+        }
+    }
+    best
 }
 
 /// Largest depth to which a path may reach into a blocked square, cells. A step past a corner that the planner may cut, from
@@ -61,12 +116,24 @@ fn check(path: &Path, task: &Task<'_>) -> Result<(), String> {
         return Err(format!("ends at {:?} and not at {:?}", path.end().as_slice(), task.goal.as_slice()));
     }
     let side_m = task.grid.resolution_m();
+    // Blocked by inflation alone, a cell is passable where the path keeps what its ends and the cells of escape zones leave.
+    let inflation_m = task.grid.inflation_m();
+    let obstacles = task.grid.obstacles();
+    let floor_m = obstacles.map_or(0.0, |obstacles| {
+        let in_zone = |p: &Vec2| task.grid.passability(task.grid.cell_at(*p)) == Passability::Escape;
+        let least = |floor_m: f64, p: Vec2| obstacles.clearance(p, floor_m);
+        path.vertices().filter(in_zone).chain([task.start, task.goal]).fold(inflation_m, least)
+    });
+    let has_room = |p: Vec2| {
+        obstacles.is_some_and(|obstacles| obstacles.clearance(p, floor_m) >= math::max(floor_m - SLACK_M, SLACK_M))
+            && task.grid.passes_movers_between(p, p, task.start, task.goal)
+    };
     let is_near_end = |p: Vec2| (p - task.start).norm() < 2.0 * side_m || (p - task.goal).norm() < 2.0 * side_m;
     let intrudes = |p: Vec2| {
         let cell = task.grid.cell_at(p);
         let offset = (p - task.grid.centre(cell)) / side_m;
         let depth = 0.5 - math::max(offset.x.abs(), offset.y.abs());
-        depth > INTRUSION_CELLS && !task.grid.is_passable(cell) && !is_near_end(p)
+        depth > INTRUSION_CELLS && !task.grid.is_passable(cell) && !is_near_end(p) && !has_room(p)
     };
     for (from, piece) in path.segments() {
         let steps = (piece.length(from) / (0.2 * side_m)).ceil().clamp(1.0, 1e6) as u32;
@@ -79,7 +146,7 @@ fn check(path: &Path, task: &Task<'_>) -> Result<(), String> {
 
 /// Joins lines that go straight on, after the last stage and never before: stages get every node. Paths with named key nodes or
 /// times stay as they are. The first and the last leg are judged by the centres of the start's and the goal's cells, between
-/// which a planner on the grid has gone straight.
+/// which a planner on the grid has gone straight; they take part where the robot can go straight as well.
 fn join(path: &mut Path, grid: &PlanningGrid) {
     if path.has_named_nodes() || !path.times_s().is_empty() || path.pieces().len() < 2 {
         return;
@@ -87,19 +154,25 @@ fn join(path: &mut Path, grid: &PlanningGrid) {
     let last = path.pieces().len() - 1;
     let centre = |p: Vec2| grid.centre(grid.cell_at(p));
     let mut pieces: Vec<Piece> = Vec::with_capacity(path.pieces().len());
-    // Where the piece before begins.
-    let mut before = centre(path.start());
+    // Where the piece before begins, and where it does in truth.
+    let (mut before, mut begin) = (centre(path.start()), path.start());
     for (index, (from, piece)) in path.segments().enumerate() {
         let goes_on = match (pieces.last(), piece) {
             (Some(Piece::Line { .. }), &Piece::Line { to }) => {
                 let (arriving, leaving) = (from - before, if index == last { centre(to) } else { to } - from);
                 let slack = STRAIGHT_RAD * arriving.norm() * leaving.norm();
-                cross(arriving, leaving).abs() <= slack && arriving.dot(&leaving) >= 0.0
+                // Between cells' centres all is as it was; a leg to a point beside its centre is another line.
+                let is_leg = pieces.len() == 1 || index == last;
+                cross(arriving, leaving).abs() <= slack
+                    && arriving.dot(&leaving) >= 0.0
+                    && (!is_leg || grid.inflation_m() <= 0.0 || grid.is_clear(begin, to))
             }
             _ => false,
         };
         if goes_on {
             pieces.pop();
+        } else {
+            begin = from;
         }
         pieces.push(piece.clone());
         before = if index == 0 { before } else { from };
@@ -114,11 +187,13 @@ const STRAIGHT_RAD: f64 = 1e-9;
 mod tests {
     use super::*;
     use crate::geometry::Pose;
+    use crate::geometry::Rect;
     use crate::map::{Cell, OccupancyGrid};
     use crate::observation::Belief;
     use crate::plan::contract::SearchEffort;
     use crate::plan::global::GlobalChoice;
     use crate::plan::grid::tests::{random_cell, random_map, stream, uninflated};
+    use crate::plan::path::PathChoice;
     use crate::robot::Robot;
 
     fn v(x: f64, y: f64) -> Vec2 {
@@ -198,6 +273,104 @@ mod tests {
             }
         }
         assert!(found > 300, "{found}");
+    }
+
+    #[test]
+    fn every_planner_and_stage_keeps_the_inflation_as_far_as_start_and_goal_do() {
+        let mut stream = stream(62);
+        let mut found = 0;
+        let stages: [&[&str]; 5] =
+            [&[], &["line_of_sight"], &["clearance_prune"], &["arc_fillet"], &["clearance_prune", "arc_fillet"]];
+        for _ in 0..40 {
+            let map = random_map(&mut stream, 20, 0.12);
+            let side_m = map.resolution_m();
+            let inflation_m = side_m * [0.3, 0.45, 0.7, 1.2, 2.4][stream.index(5)];
+            let mut random_point = || {
+                let cell = random_cell(&mut stream, &map);
+                map.centre(cell) + side_m * v(stream.range(-0.45, 0.45), stream.range(-0.45, 0.45))
+            };
+            let (start, goal) = (random_point(), random_point());
+            let squares: Vec<Rect> = (-1..=map.rows())
+                .flat_map(|row| (-1..=map.cols()).map(move |col| Cell { col, row }))
+                .filter(|&cell| !map.is_free(cell))
+                .map(|cell| map.square(cell))
+                .collect();
+            // By brute force, from the squares alone.
+            let room_m = |p: Vec2| squares.iter().map(|square| square.signed_distance(p)).fold(inflation_m, math::min);
+            if room_m(start) <= 0.0 || room_m(goal) <= 0.0 {
+                continue;
+            }
+            let (robot, belief) = (Robot::default(), Belief::from(&map));
+            let mut grid = PlanningGrid::new(&map, belief.field(), inflation_m);
+            grid.open_around(&map, map.cell_at(start));
+            grid.open_around(&map, map.cell_at(goal));
+            let situation = Situation::new(&robot, &belief, Pose { position: start, theta: 0.0 }, goal);
+            let task = Task { situation: &situation, grid: &grid, start, goal };
+            for &name in GlobalChoice::NAMES {
+                for stages in stages {
+                    let mut stages: Vec<Box<dyn PathStage>> =
+                        stages.iter().map(|name| PathChoice::by_name(name).unwrap().build()).collect();
+                    let mut planner = GlobalChoice::by_name(name).unwrap().build();
+                    let mut plan = Plan::default();
+                    match find_path(&mut *planner, &mut stages, &task, &mut plan) {
+                        Ok(()) => found += 1,
+                        Err(Failure::Fault(what)) => panic!("{name}: {what}"),
+                        Err(_) => continue,
+                    }
+                    // What start, goal and the planner's own cells leave; a diagonal step of the grid may dip.
+                    let ends = [start, goal].into_iter().map(room_m);
+                    let cells = plan.cells.iter().map(|&cell| room_m(map.centre(cell)));
+                    let steps = plan.cells.windows(2).filter(|pair| {
+                        (pair[0].col - pair[1].col).abs() == 1 && (pair[0].row - pair[1].row).abs() == 1
+                    });
+                    let dips = steps.map(|pair| grid.clearance(map.centre(pair[0]), map.centre(pair[1])));
+                    let floor_m = ends.chain(cells).chain(dips).fold(inflation_m, math::min);
+                    for (from, piece) in plan.path.segments() {
+                        for k in 0..=40 {
+                            let p = piece.chord_point(from, k, 40);
+                            let kept_m = room_m(p);
+                            assert!(
+                                kept_m >= floor_m - 1e-6,
+                                "{name} {:?}: {kept_m} of {floor_m} at {p:?}, inflation {inflation_m}\n{:?}\n{:?}",
+                                stages.len(),
+                                plan.path,
+                                plan.cells
+                            );
+                        }
+                    }
+                }
+            }
+        }
+        assert!(found > 300, "{found}");
+    }
+
+    #[test]
+    fn a_start_beside_its_cells_centre_joins_the_path_where_it_has_a_clear_way() {
+        // A gap of 1 m between blocks; the start stands half a cell off its cell's centre, to the left of the gap.
+        let map = OccupancyGrid::from_ascii(
+            &[
+                "............",
+                "....##......",
+                "....##......",
+                "............",
+                "....##......",
+                "....##......",
+                "............",
+            ],
+            1.0,
+        );
+        let (robot, belief) = (Robot::default(), Belief::from(&map));
+        let grid = PlanningGrid::new(&map, belief.field(), 0.3);
+        let (start, goal) = (v(3.54, 3.97), v(10.5, 3.5));
+        let situation = Situation::new(&robot, &belief, Pose { position: start, theta: 0.0 }, goal);
+        let task = Task { situation: &situation, grid: &grid, start, goal };
+        let mut plan = Plan::default();
+        let mut planner = GlobalChoice::by_name("a_star").unwrap().build();
+        find_path(&mut *planner, &mut [], &task, &mut plan).unwrap();
+        let nodes: Vec<Vec2> = plan.path.vertices().collect();
+        // From (3.54, 3.97) to (4.166, 3.5) the line passes the corner (4, 4) at 0.235 / 0.783 = 0.300 m.
+        assert!(nodes.len() == 3 && nodes[1].y == 3.5 && (nodes[1].x - 4.166).abs() < 1e-3, "{nodes:?}");
+        assert!(plan.path.segments().all(|(from, piece)| grid.clearance(from, piece.end()) >= 0.3 - 1e-9));
     }
 
     #[test]

@@ -12,8 +12,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlanningSpec {
-    /// Distance that cell centres of the planned path keep from obstacle squares, m; the robot's
-    /// radius and 0.05 m where absent: a path at exactly the radius touches, and no local planner can
+    /// Distance that planned paths and the way to the sub-goal keep from obstacle squares, m, as far as start and goal
+    /// leave it: cells' centres, first and last leg, lines of sight (a diagonal step past a corner may dip below it where
+    /// the planner's corner rule allows one). The robot's radius and 0.05 m where absent: a path at exactly the radius touches, and no local planner can
     /// follow it. The papers plan with 0 and clearance rules of their own.
     pub inflation_m: Option<NonNegative>,
     /// Which point of the path the local planner steers for; default `lookahead`.

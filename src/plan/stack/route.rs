@@ -3,6 +3,7 @@
 use crate::geometry::{KeyNode, Path, Piece, Vec2};
 use crate::math;
 use crate::plan::PlanningGrid;
+use crate::plan::clearance::DISTANCE_SLACK_M;
 use crate::plan::contract::Guidance;
 
 /// The path in force and the robot's progress on it.
@@ -17,12 +18,15 @@ pub struct Route {
     pub(super) sub_goal: Vec2,
     pub(super) is_last: bool,
     pub(super) revision: u32,
+    /// What each piece keeps from obstacle squares, m, at most the inflation; empty where the grid knows none.
+    room_m: Vec<f64>,
 }
 
 impl Route {
     /// Puts a path into force, from its beginning on.
     pub(super) fn set(&mut self, path: Path) {
         self.nodes.clear();
+        self.room_m.clear();
         path.key_nodes(&mut self.nodes);
         self.path = path;
         self.next = 1.min(self.nodes.len() - 1);
@@ -32,11 +36,21 @@ impl Route {
         self.revision += 1;
     }
 
+    /// Puts a path into force that was planned on `grid`, and notes what it keeps from obstacles.
+    pub(super) fn set_on(&mut self, path: Path, grid: &PlanningGrid) {
+        self.set(path);
+        if let Some(obstacles) = grid.obstacles() {
+            let room = |(from, piece): (Vec2, &Piece)| obstacles.piece_clearance(from, piece, grid.inflation_m());
+            self.room_m.extend(self.path.segments().map(room));
+        }
+    }
+
     /// Forgets the path; its memory is used again.
     pub(super) fn clear(&mut self) {
-        let mut nodes = core::mem::take(&mut self.nodes);
+        let (mut nodes, mut room_m) = (core::mem::take(&mut self.nodes), core::mem::take(&mut self.room_m));
         nodes.clear();
-        *self = Self { nodes, ..Self::default() };
+        room_m.clear();
+        *self = Self { nodes, room_m, ..Self::default() };
     }
 
     /// Length of the path, m.
@@ -72,23 +86,21 @@ impl Route {
         }
     }
 
-    /// Whether every piece that the robot has not passed is free on the grid; arcs and curves are tested by chords that stay
-    /// within a tenth of a cell of them.
-    pub(super) fn rest_is_free(&self, grid: &PlanningGrid) -> bool {
+    /// Whether every piece that the robot has not passed is as clear on the grid as it was when the path came into force, and
+    /// passes movers that block cells as far as the robot's `position` and the end of the path leave it.
+    ///
+    /// Without inflation: whether it touches no blocked cell; arcs and curves are tested by chords that stay within a tenth of a
+    /// cell of them.
+    pub(super) fn rest_is_free(&self, grid: &PlanningGrid, position: Vec2) -> bool {
         let first = self.first_piece_left();
-        self.path.segments().skip(first).all(|(from, piece)| match piece {
-            Piece::Line { to } => grid.line_of_sight(from, *to),
-            Piece::Arc { .. } => {
-                let length = piece.length(from);
-                let steps = (length / (0.25 * grid.resolution_m())).ceil().clamp(1.0, 1e4) as u32;
-                let at = |k: u32| piece.point_at(from, length * f64::from(k) / f64::from(steps));
-                (0..steps).all(|k| grid.line_of_sight(at(k), at(k + 1)))
-            }
-            Piece::Curve(_) => {
-                let chords = piece.chord_count(from, 0.1 * grid.resolution_m(), 1e4);
-                let at = |k: u32| piece.chord_point(from, k, chords);
-                (0..chords).all(|k| grid.line_of_sight(at(k), at(k + 1)))
-            }
+        let mut rest = self.path.segments().enumerate().skip(first);
+        let Some(obstacles) = grid.obstacles().filter(|_| self.room_m.len() == self.path.pieces().len()) else {
+            return rest.all(|(_, (from, piece))| all_chords(grid, from, piece, |a, b| grid.line_of_sight(a, b)));
+        };
+        rest.all(|(index, (from, piece))| {
+            let room_m = self.room_m[index];
+            obstacles.piece_clearance(from, piece, room_m) >= room_m - DISTANCE_SLACK_M
+                && all_chords(grid, from, piece, |a, b| grid.passes_movers_between(a, b, position, self.path.end()))
         })
     }
 
@@ -104,6 +116,24 @@ impl Route {
             end_m <= self.nodes[before].along_m
         };
         self.path.segments().take_while(passed).count()
+    }
+}
+
+/// Whether all chords of a piece that begins at `from` are clear; the chords stay within a tenth of a cell of it.
+fn all_chords(grid: &PlanningGrid, from: Vec2, piece: &Piece, mut is_clear: impl FnMut(Vec2, Vec2) -> bool) -> bool {
+    match piece {
+        Piece::Line { to } => is_clear(from, *to),
+        Piece::Arc { .. } => {
+            let length = piece.length(from);
+            let steps = (length / (0.25 * grid.resolution_m())).ceil().clamp(1.0, 1e4) as u32;
+            let at = |k: u32| piece.point_at(from, length * f64::from(k) / f64::from(steps));
+            (0..steps).all(|k| is_clear(at(k), at(k + 1)))
+        }
+        Piece::Curve(_) => {
+            let chords = piece.chord_count(from, 0.1 * grid.resolution_m(), 1e4);
+            let at = |k: u32| piece.chord_point(from, k, chords);
+            (0..chords).all(|k| is_clear(at(k), at(k + 1)))
+        }
     }
 }
 
@@ -153,13 +183,15 @@ mod tests {
             ".#....", //
         ]);
         let mut route = route(Path::polyline(&[v(0.5, 0.5), v(2.5, 0.5), v(5.5, 0.5)]));
-        assert!(!route.rest_is_free(&grid));
+        assert!(!route.rest_is_free(&grid, v(2.5, 0.5)));
         route.next = 2;
-        assert!(route.rest_is_free(&grid));
+        assert!(route.rest_is_free(&grid, v(2.5, 0.5)));
         let curve = |end: Vec2| {
             let bend = Curve::bezier([v(2.5, 0.5), v(2.5, 1.5), v(1.5, 2.5), end]);
             self::route(Path::new(v(2.5, 0.5), vec![Piece::Curve(Box::new(bend))]))
         };
-        assert!(curve(v(0.5, 2.5)).rest_is_free(&grid) && !curve(v(1.5, 0.5)).rest_is_free(&grid));
+        assert!(
+            curve(v(0.5, 2.5)).rest_is_free(&grid, v(2.5, 0.5)) && !curve(v(1.5, 0.5)).rest_is_free(&grid, v(2.5, 0.5))
+        );
     }
 }

@@ -74,7 +74,7 @@ impl Watch<'_> {
         self.situation.time_since_s(self.planned_tick) >= time_s - 1e-9
     }
 
-    /// Whether the rest of the path crosses a cell that has become impassable since this was last asked.
+    /// Whether the rest of the path has become less clear than it was planned since this was last asked.
     pub fn path_has_become_blocked(&mut self) -> bool {
         let now = Checked::now(self.situation, self.planning, self.standing.revision);
         if now == *self.checked {
@@ -83,6 +83,6 @@ impl Watch<'_> {
         *self.checked = now;
         let belief = self.standing.belief(self.situation);
         super::rebuild_grid(self.grid, self.planning, &Situation { belief, ..*self.situation });
-        !self.route.rest_is_free(self.grid)
+        !self.route.rest_is_free(self.grid, self.situation.pose.position)
     }
 }

@@ -3,7 +3,8 @@
 //! A local planner that is given far key nodes cuts across what the path avoids and overshoots the
 //! turns; this hands it the path itself. Where the point is out of the robot's sight on the planning
 //! grid it is drawn back along the path until it is in sight: a sub-goal behind a corner would pull
-//! the robot into the corner.
+//! the robot into the corner. In sight means that the robot can go straight there
+//! ([`PlanningGrid::is_clear`]).
 
 use super::SubGoalRule;
 use crate::geometry::Vec2;
@@ -22,19 +23,22 @@ pub struct Params {
     /// Arc length from the robot's place on the path to the sub-goal, m; about top speed × horizon
     /// lets a dynamic window drive at full speed. Default 3.
     pub distance_m: Positive,
-    /// The sub-goal is not drawn back nearer than this, m; default 1.5.
+    /// The sub-goal is not drawn back nearer than this, m; default 0.3: round a corner it has to be near.
     pub distance_min_m: Positive,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { distance_m: Positive::new(3.0), distance_min_m: Positive::new(1.5) }
+        Self { distance_m: Positive::new(3.0), distance_min_m: Positive::new(0.3) }
     }
 }
 
 /// Registry entry.
 pub const ENTRY: Entry =
     Entry { summary: "The point of the path a given distance ahead of the robot, if it is in sight." };
+
+/// Least step in which the sub-goal is drawn back on an inflated grid, m.
+const STEP_MIN_M: f64 = 0.1;
 
 impl SubGoalRule for Params {
     fn advance(&self, route: &mut Route, position: Vec2, grid: Option<&PlanningGrid>) {
@@ -47,8 +51,10 @@ impl SubGoalRule for Params {
         let mut ahead_m = distance_m;
         let point = |ahead_m: f64| route.path.point_at(route.progress_m + ahead_m);
         if let Some(grid) = grid {
-            let step_m = 0.5 * grid.resolution_m();
-            while ahead_m > distance_min_m && !grid.line_of_sight(position, point(ahead_m)) {
+            // Without inflation as fine as the cells, else not finer than a decimetre either.
+            let least_m = if grid.inflation_m() > 0.0 { STEP_MIN_M } else { 0.0 };
+            let step_m = math::max(0.5 * grid.resolution_m(), least_m);
+            while ahead_m > distance_min_m && !grid.is_clear(position, point(ahead_m)) {
                 ahead_m = math::max(ahead_m - step_m, distance_min_m);
             }
         }
