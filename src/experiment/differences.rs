@@ -87,7 +87,7 @@ mod tests {
             said("[{global: a_star, local: dwa, replan: never}, {global: theta_star, local: dwa, speed_max_mps: 0.5}]");
         assert_eq!(differ.len(), 2, "{differ:?}");
         assert!(
-            differ[0].starts_with("the stacks differ in `replan`: never (a_star+dwa); when_blocked: "),
+            differ[0].starts_with("the stacks differ in `replan`: never (a_star+dwa); {when_blocked: "),
             "{differ:?}"
         );
         assert_eq!(differ[1], "the stacks differ in `speed_max_mps`: default (a_star+dwa); 0.5 (theta_star+dwa)");

@@ -138,7 +138,7 @@ fn planners_keeps_the_order_of_the_source_and_lists_allowed_values() {
     assert!(places.is_sorted(), "{fields:?} {text}");
     assert!(text.contains("`dynamic`") && text.contains("`one`"), "{text}");
     let dwa = stdout(simrun(scratch.path()).args(["planners", "dwa"]));
-    assert!(dwa.contains("  horizon_s: 3\n") && dwa.contains("(s, number, above 0)"), "{dwa}");
+    assert!(dwa.contains("  d_cap_m: 0.3\n") && dwa.contains("(s, number, above 0)"), "{dwa}");
 }
 
 #[test]

@@ -138,7 +138,8 @@ fn who_stands_before_a_mover_waits_and_who_has_turned_away_from_its_path_does_no
     let stand = |x: f64, y: f64| {
         let mut scene = open_scene();
         scene.movers.push(Mover::new(Vec2::new(x, y), Vec2::zeros(), 0.3));
-        run(&scene, &mut scripted(|_, _| Twist::ZERO), &TerminationSpec::default()).0
+        let mut stack = scripted(|_, _| Twist::ZERO).with_replan(Replan::by_name("never").unwrap());
+        run(&scene, &mut stack, &TerminationSpec::default()).0
     };
     // The path goes along y = 2.5 from x = 1.5; the robot needs 0.25 m on either side.
     assert_eq!((stand(3.0, 2.5), stand(3.0, 3.0)), (Outcome::Timeout, Outcome::Timeout));
@@ -204,7 +205,7 @@ fn tracking(replan: Replan) -> Stack {
 
 #[test]
 fn without_replanning_the_unknown_obstacle_is_hit_and_with_it_the_robot_goes_round() {
-    let (outcome, runner) = run(&forked_scene(), &mut tracking(Replan::default()), &TerminationSpec::default());
+    let (outcome, runner) = run(&forked_scene(), &mut tracking(Replan::by_name("never").unwrap()), &TerminationSpec::default());
     assert_eq!(outcome, Outcome::Collision { with: ObstacleKind::UnknownStatic, at_rest: false });
     assert_eq!(runner.record.trace.replans, 0);
 

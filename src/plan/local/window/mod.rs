@@ -83,7 +83,7 @@ pub struct Aim {
     pub speed_mps: Option<f64>,
     /// Way left to the point at which the robot is to stand, m; infinite if it is to go on.
     pub arrival_m: f64,
-    /// That point.
+    /// That point, no farther away than the way to it.
     pub stop: Vec2,
 }
 
@@ -325,7 +325,7 @@ impl DynamicWindow {
             at,
         };
         self.rollouts.stop_clearance_m = f64::INFINITY;
-        if aim.arrival_m.is_finite() {
+        if aim.arrival_m <= reach_m {
             let offset = (aim.stop - situation.pose.position) / pitch_m;
             let [x, y] = [offset.x as f32, offset.y as f32].map(Plain::splat);
             let gap = positive_sqrt(self.patch.squared_distances(&at, x, y).store()[0]) - radius;

@@ -24,7 +24,7 @@ use super::{Aim, DynamicWindow, Rollouts, Score};
 use crate::geometry::{Piece, Vec2, direction};
 use crate::math;
 use crate::plan::contract::{Guidance, Situation};
-use crate::plan::local::{stopping_speed_mps, turn_in_place};
+use crate::plan::local::stopping_speed_mps;
 
 /// Weights of the terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +53,8 @@ const STANDING: f64 = 10.0;
 const PROGRESS_MIN_M: f64 = 0.02;
 /// A target beyond this bearing is turned to on the spot, rad.
 const TURN_RAD: f64 = 1.4;
+/// Weight of the speed while the robot turns: on the spot where that is admissible, on an arc where a corner is in the way.
+const TURN_SPEED_WEIGHT: f64 = 0.05;
 /// A target nearer than this is reached, whatever its bearing, m.
 const TURN_MIN_M: f64 = 1e-3;
 /// How far the part of the path that is looked at begins behind the robot, m.
@@ -81,10 +83,9 @@ pub(crate) struct Objective {
     offset_m: f64,
     cap_mps: f64,
     arrival_m: f64,
-    /// Yaw rate towards a target to which the robot is to turn on the spot.
-    turn_radps: Option<f64>,
+    /// A target to which the robot is to turn before it drives on.
+    turn_to: Option<Vec2>,
     speed_max_mps: f64,
-    yaw_rate_max_radps: f64,
     reach_m: f64,
     movers_horizon_s: f64,
     /// Least progress of a rollout that counts, m.
@@ -97,7 +98,6 @@ impl Objective {
         let (robot, pose, dt_s) = (situation.robot, situation.pose, situation.dt_s);
         let (horizon_s, movers_horizon_s) = horizons_s;
         self.speed_max_mps = math::max(robot.speed_max_mps, 1e-9);
-        self.yaw_rate_max_radps = robot.yaw_rate_max_radps;
         self.reach_m = self.speed_max_mps * horizon_s;
         self.movers_horizon_s = movers_horizon_s;
         let fastest =
@@ -117,8 +117,8 @@ impl Objective {
         let stopping = stopping_speed_mps(left_m, robot, dt_s);
         self.cap_mps = math::min(robot.speed_max_mps, math::min(stopping, turning));
         self.arrival_m = if left_m < self.reach_m { left_m } else { f64::INFINITY };
-        self.turn_radps =
-            (bearing.abs() > TURN_RAD && target_m > TURN_MIN_M).then(|| turn_in_place(bearing, robot, dt_s));
+        let turns = bearing.abs() > TURN_RAD && target_m > TURN_MIN_M;
+        self.turn_to = turns.then_some(guidance.sub_goal);
         Aim { speed_mps: Some(self.cap_mps), arrival_m: self.arrival_m, stop: guidance.path.end() }
     }
 
@@ -192,9 +192,9 @@ impl Objective {
         speed_factor: f64,
     ) -> f64 {
         let twist = rollouts.twist(i);
-        if let Some(turn) = self.turn_radps {
-            let missed = (twist.omega - turn).abs() / self.yaw_rate_max_radps;
-            return -twist.v.abs() / self.speed_max_mps - 0.1 * missed;
+        if let Some(target) = self.turn_to {
+            let missed = rollouts.end(i).bearing_to(target).abs() / math::PI;
+            return -missed - TURN_SPEED_WEIGHT * twist.v.abs() / self.speed_max_mps;
         }
         let pose = rollouts.pose_within(i, self.arrival_m);
         let driven_m = math::min(twist.v.abs() * rollouts.duration_s(), self.arrival_m);

@@ -288,7 +288,8 @@ fn every_width_of_lanes_gives_the_same_bits() {
         let mut wide = DynamicWindow::new(settings.clone());
         let mut plain = DynamicWindow { width: Width::PLAIN, ..DynamicWindow::new(settings) };
         let situation = observe(&belief, robot, pose, twist, &movers);
-        let aim = Aim { arrival_m: if case % 7 < 3 { 1.3 } else { f64::INFINITY }, ..Aim::ON };
+        let arrival_m = if case % 7 < 3 { 1.3 } else { f64::INFINITY };
+        let aim = Aim { arrival_m, stop: pose.position + Vec2::new(0.9, -0.9), ..Aim::ON };
         wide.roll(&situation, &aim);
         plain.roll(&situation, &aim);
         let (wide, plain) = (wide.admit_stopping(&situation), plain.admit_stopping(&situation));
