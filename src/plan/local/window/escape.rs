@@ -14,11 +14,11 @@ use crate::plan::contract::Situation;
 use crate::robot::Robot;
 
 /// Speeds tried over the limits.
-const SPEEDS: usize = 9;
+const SPEEDS: usize = 8;
 /// Yaw rates tried over the limits.
-const YAW_RATES: usize = 15;
+const YAW_RATES: usize = 21;
 /// Shares of the horizon for which a twist is kept.
-const HOLDS: [f64; 3] = [0.2, 0.45, 0.8];
+const HOLDS: [f64; 4] = [0.2, 0.45, 0.7, 1.0];
 /// Gap to movers above which a manoeuvre is no safer, m.
 const GAP_MAX_M: f64 = 0.3;
 /// Number of manoeuvres.
@@ -145,7 +145,8 @@ impl DynamicWindow {
                     *free = smaller(looked, *free);
                 }
                 for mover in &self.discs {
-                    let mover = Disc { touch: mover.touch + part.radius - radius, ..*mover };
+                    // Every millimetre counts here: the true radii, and the gap beside them.
+                    let mover = Disc { touch: mover.touch - mover.room + part.radius - radius, ..*mover };
                     gaps.take_passing(&rollout::pass(self.width, &step, &ahead.carried, &mover), mover.touch);
                 }
             }

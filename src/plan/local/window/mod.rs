@@ -496,11 +496,13 @@ impl DynamicWindow {
             let lattice = |v: Vec2| [(v.x / pitch_m) as f32, (v.y / pitch_m) as f32];
             for (centre, radius_m) in obstacle.outline.cover() {
                 let (offset, touch_m) = (offset + centre, robot.inscribed_radius_m() + radius_m);
-                let touch_m = if self.looks_ahead() { with_room(touch_m, offset.norm()) } else { touch_m };
+                let room_m = if self.looks_ahead() { room_m(touch_m, offset.norm()) } else { 0.0 };
+                let touch_m = touch_m + room_m;
                 let away_m = reach_m + velocity.norm() * horizon_s + robot.radius_m + radius_m + cap_m;
                 if offset.norm() <= away_m {
-                    let touch = (touch_m / pitch_m) as f32;
-                    self.discs.push(Disc { position: lattice(offset), step: lattice(velocity * dt_s), touch, from: 0 });
+                    let [touch, room] = [touch_m, room_m].map(|length_m| (length_m / pitch_m) as f32);
+                    let step = lattice(velocity * dt_s);
+                    self.discs.push(Disc { position: lattice(offset), step, touch, room, from: 0 });
                     if let Some(bounce) = &bounce {
                         let back = -velocity;
                         let mirrored = bounce.mirrored(velocity);
@@ -508,7 +510,7 @@ impl DynamicWindow {
                         for after in [Some(back), differs.then_some(mirrored)].into_iter().flatten() {
                             let position = offset + bounce.moved - after * (bounce.step as f64 * dt_s);
                             let (position, step) = (lattice(position), lattice(after * dt_s));
-                            self.discs.push(Disc { position, step, touch, from: bounce.step });
+                            self.discs.push(Disc { position, step, touch, room, from: bounce.step });
                         }
                     }
                 }
@@ -563,10 +565,10 @@ impl Gaps {
 /// Distance that an admissible rollout keeps from movers, m: their prediction is no better.
 const MOVERS_ROOM_M: f64 = 0.05;
 
-/// Distance between centres at which a mover counts as touched, m: with room, or as much of it as there is now.
-fn with_room(touch_m: f64, now_m: f64) -> f64 {
+/// The room to keep from a mover that touches where the centres are `touch_m` apart, m: as much of it as there is now.
+fn room_m(touch_m: f64, now_m: f64) -> f64 {
     const SLACK_M: f64 = 0.01;
-    math::max(touch_m, math::min(touch_m + MOVERS_ROOM_M, now_m - SLACK_M))
+    math::clamp(now_m - SLACK_M - touch_m, 0.0, MOVERS_ROOM_M)
 }
 
 fn smaller(a: f32, b: f32) -> f32 {

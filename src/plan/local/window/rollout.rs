@@ -303,8 +303,10 @@ pub(super) struct Disc {
     pub(super) position: [f32; 2],
     /// Displacement per step; 0 for a mover that is taken to stand still.
     pub(super) step: [f32; 2],
-    /// Its radius plus the robot's.
+    /// Its radius plus the robot's, and the room.
     pub(super) touch: f32,
+    /// The room that admissible rollouts keep.
+    pub(super) room: f32,
     /// Steps before it counts.
     pub(super) from: usize,
 }
