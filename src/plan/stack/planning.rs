@@ -19,7 +19,7 @@ pub struct PlanningSpec {
     pub inflation_m: Option<NonNegative>,
     /// Which point of the path the local planner steers for; default `lookahead`.
     pub sub_goals: SubGoals,
-    /// When stacks plan again that do not say so themselves; default `never`.
+    /// When stacks plan again that do not say so themselves; default `when_blocked`.
     pub replan: Replan,
     /// What sensed movers are to the global planner; default `ignore`.
     pub movers: Movers,
