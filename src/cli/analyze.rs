@@ -73,7 +73,9 @@ fn baseline(old: &Table, new: &Table, out: &Out) -> Result<(), Failure> {
     if let (Some(before), Some(now)) = (&old.version, &new.version)
         && before != now
     {
-        text += &format!("The baseline was written by simrun {before}, this run by {now}: defaults may have moved (see the changelog).\n");
+        text += &format!(
+            "The baseline was written by simrun {before}, this run by {now}: defaults may have moved (see the changelog).\n"
+        );
     }
     text += &format!(
         "{} in both, {} moved, {} missing, {} new\n",

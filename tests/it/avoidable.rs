@@ -41,7 +41,7 @@ fn escapes(recording: &Recording, row: usize, room_m: f64) -> bool {
     let twists = twists.map(|(v, omega)| Twist { v: low + (high - low) * v, omega: robot.yaw_rate_max_radps * omega });
     let now = recording.trace.ticks[row].twist;
     let mut manoeuvres = twists.flat_map(|twist| HOLDS_S.map(|hold_s| (twist, hold_s)));
-    let mut is_clear = |twist: Twist, hold_s: f64| least_gap_m(recording, row, twist, hold_s) > room_m;
+    let is_clear = |twist: Twist, hold_s: f64| least_gap_m(recording, row, twist, hold_s) > room_m;
     is_clear(now, 0.0) || manoeuvres.any(|(twist, hold_s)| is_clear(twist, hold_s))
 }
 

@@ -1,6 +1,7 @@
 //! Checks that the files and names that the documents mention exist.
 
-use super::support::{files, is_blessing, root};
+use super::support::{files, is_blessing, root, simrun};
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -152,4 +153,30 @@ fn every_test_target_that_a_document_names_exists() {
         }
     }
     assert!(count >= 5, "only {count} mentions: does the test still look in the right places?");
+}
+
+#[test]
+fn the_keys_on_the_page_of_changes_bring_back_the_drives_of_version_0_1() {
+    let page = fs::read_to_string(root().join("docs/changes-0.2.md")).unwrap();
+    let block = page.split("```text\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let scratch = tempfile::tempdir().unwrap();
+    fs::write(scratch.path().join("as_0_1.yaml"), block).unwrap();
+    let out = simrun(scratch.path()).args(["as_0_1.yaml", "--quiet", "--out", "out"]).ends_with(0);
+    assert!(out.stderr.is_empty(), "{out:?}");
+    let rows: Vec<BTreeMap<String, String>> = csv::Reader::from_path(scratch.path().join("out/episodes.csv"))
+        .unwrap()
+        .deserialize()
+        .map(Result::unwrap)
+        .collect();
+    // The page's table holds what version 0.1.0 printed.
+    let printed: Vec<Vec<&str>> = page
+        .lines()
+        .filter(|line| line.starts_with("| `a_star+"))
+        .map(|line| line.split('|').map(|cell| cell.trim().trim_matches('`')).collect())
+        .collect();
+    assert_eq!((rows.len(), printed.len()), (12, 12));
+    for row in &rows {
+        let found = printed.iter().find(|cells| cells[1] == row["stack"] && cells[2] == row["episode"]).unwrap();
+        assert_eq!(found[3..6], [row["outcome"].as_str(), row["time_s"].as_str(), row["length_m"].as_str()]);
+    }
 }

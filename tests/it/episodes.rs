@@ -205,7 +205,8 @@ fn tracking(replan: Replan) -> Stack {
 
 #[test]
 fn without_replanning_the_unknown_obstacle_is_hit_and_with_it_the_robot_goes_round() {
-    let (outcome, runner) = run(&forked_scene(), &mut tracking(Replan::by_name("never").unwrap()), &TerminationSpec::default());
+    let (outcome, runner) =
+        run(&forked_scene(), &mut tracking(Replan::by_name("never").unwrap()), &TerminationSpec::default());
     assert_eq!(outcome, Outcome::Collision { with: ObstacleKind::UnknownStatic, at_rest: false });
     assert_eq!(runner.record.trace.replans, 0);
 

@@ -57,8 +57,8 @@ window_params! {
         /// Weight α of the heading term; higher turns to the path or target sooner and goes round less. Default 0.1.
         pub heading_weight: NonNegative = NonNegative::new(0.1),
         /// Weight β of the distance from obstacles; with `normalise: fixed` the share of its progress that contact takes off a rollout.
-        /// Default 0.5.
-        pub distance_weight: NonNegative = NonNegative::new(0.5),
+        /// Default 0.8.
+        pub distance_weight: NonNegative = NonNegative::new(0.8),
         /// Weight γ of the velocity term; lower is timid. Default 0.3.
         pub velocity_weight: NonNegative = NonNegative::new(0.3),
     }
@@ -110,7 +110,7 @@ impl LocalPlanner for Planner {
         let target = guidance.sub_goal;
         if params.normalise == Normalise::Fixed {
             let weights = params.weights(params.velocity_weight.get());
-            let aim = self.objective.aim(situation, guidance, self.window.horizons_s(situation.robot));
+            let aim = self.objective.aim(situation, guidance, &mut self.window);
             self.window.roll(situation, &aim);
             let (objective, d_cap_m) = (&self.objective, params.d_cap_m.get());
             let best = objective.best(&mut self.window, situation, &mut self.score, |rollouts, i| {

@@ -150,7 +150,7 @@ impl LocalPlanner for Planner {
         let target = guidance.sub_goal;
         if params.normalise == Normalise::Fixed {
             let weights = params.weights(velocity_weight);
-            let aim = self.objective.aim(situation, guidance, self.window.horizons_s(situation.robot));
+            let aim = self.objective.aim(situation, guidance, &mut self.window);
             let duration_s = self.window.roll(situation, &aim).duration_s();
             let now_m = (situation.pose.position - target).norm();
             let nearest_m = math::max(now_m - situation.robot.speed_max_mps * duration_s, PULL_RADIUS_M);

@@ -44,7 +44,7 @@ pub use settings::{BrakingDistance, BrakingTurn, DistanceMode, Normalise, Predic
 pub use terms::HeadingAt;
 pub(crate) use terms::Terms;
 
-use crate::geometry::convex::{Polygon, turned};
+use crate::geometry::convex::{self, Polygon, turned};
 use crate::geometry::{Pose, Twist, Vec2, direction};
 use crate::math;
 use crate::plan::contract::{Decision, Fit, Notes, Situation, State};
@@ -134,6 +134,32 @@ impl DynamicWindow {
         Err(format!(
             "speed times horizon is too long for this map's cells: {speed} m/s for {horizon_s} s with cells of {cell_m} m"
         ))
+    }
+
+    /// Whether the robot can turn on the spot by `angle` rad without touching a believed static. A disc always can.
+    pub fn can_turn(&mut self, situation: &Situation<'_>, angle: f64) -> bool {
+        const STEP_RAD: f64 = 0.05;
+        const SLACK_M: f64 = 1e-3;
+        let robot = situation.robot;
+        let Some(footprint) = &robot.footprint else { return true };
+        let speed = math::max(robot.speed_max_mps, robot.reverse_speed_max_mps);
+        let (pitch_m, cap) = (patch::pitch_m(situation.belief.grid()), self.patch_cap(situation, speed));
+        let at = self.patch.cover(situation.belief, situation.pose.position, footprint.circumradius_m(), cap);
+        let steps = (angle.abs() / STEP_RAD).ceil().clamp(1.0, 1e3) as u32;
+        let distance_m = |disc: &convex::Disc, axis: Vec2| {
+            let centre = turned(disc.centre, axis) / pitch_m;
+            let [x, y] = [centre.x as f32, centre.y as f32].map(Plain::splat);
+            f64::from(positive_sqrt(self.patch.squared_distances(&at, x, y).store()[0])) * pitch_m
+        };
+        // The discs that cover a polygon stick out of it: one that is in contact may go on, but not deeper.
+        let now = direction(situation.pose.theta);
+        footprint.cover().iter().all(|disc| {
+            let least_m = math::min(disc.radius_m, distance_m(disc, now) - SLACK_M);
+            (1..=steps).all(|k| {
+                let share = f64::from(k) / f64::from(steps);
+                distance_m(disc, direction(situation.pose.theta + angle * share)) > least_m
+            })
+        })
     }
 
     /// Time predicted against statics and against movers, s.

@@ -78,7 +78,11 @@ impl Ahead {
     pub(super) fn go_on(&mut self, course: &Course<'_>, field: &Field<'_>, discs: &[Disc], looked_at: usize) -> Met {
         let Course { width, block, .. } = *course;
         let steps = self.track.len();
-        rollout::glide(width, block, &Braking::NEVER, &mut self.track, &mut self.headings);
+        if course.parts.is_empty() {
+            rollout::coast(width, block, &mut self.track);
+        } else {
+            rollout::glide(width, block, &Braking::NEVER, &mut self.track, &mut self.headings);
+        }
         let bounds = rollout::bounds(width, &self.track);
         if !discs.iter().any(|disc| course.is_near(disc, &bounds, steps)) {
             return Met::NONE;
@@ -113,6 +117,11 @@ impl Ahead {
     /// Steps before the first contact with a static, on the track at hand.
     fn free_of_statics(&mut self, course: &Course<'_>, field: &Field<'_>, looked_at: usize) -> Lane {
         let Course { width, block, .. } = *course;
+        let longest =
+            block.step.iter().fold(0.0, |longest, step| if step.abs() > longest { step.abs() } else { longest });
+        if course.parts.is_empty() && longest * self.track.len() as f32 <= field.free {
+            return [self.track.len() as f32; LANES];
+        }
         let arrival = block.arrival.map(|steps| steps - looked_at as f32);
         let disc = Part { centre: [0.0; 2], radius: course.radius, touch: field.touch };
         let beyond = &self.track[looked_at..];

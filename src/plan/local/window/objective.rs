@@ -53,8 +53,12 @@ const STANDING: f64 = 10.0;
 const PROGRESS_MIN_M: f64 = 0.02;
 /// A target beyond this bearing is turned to on the spot, rad.
 const TURN_RAD: f64 = 1.4;
-/// Weight of the speed while the robot turns: on the spot where that is admissible, on an arc where a corner is in the way.
+/// Weight of the speed of a robot that turns: on the spot where that is admissible, on an arc where a corner is in the way.
 const TURN_SPEED_WEIGHT: f64 = 0.05;
+/// The same while it rolls: it brakes first, for what it would hit on a fast arc keeps it from turning.
+const TURN_BRAKING_WEIGHT: f64 = 1.0;
+/// Speed below which it does not count as rolling, m/s, or what two control periods of braking take off, if that is more.
+const TURN_ROLLING_MPS: f64 = 0.1;
 /// A target nearer than this is reached, whatever its bearing, m.
 const TURN_MIN_M: f64 = 1e-3;
 /// How far the part of the path that is looked at begins behind the robot, m.
@@ -83,8 +87,9 @@ pub(crate) struct Objective {
     offset_m: f64,
     cap_mps: f64,
     arrival_m: f64,
-    /// A target to which the robot is to turn before it drives on.
-    turn_to: Option<Vec2>,
+    /// Angle by which the robot is to turn before it drives on, rad.
+    turn_rad: Option<f64>,
+    turn_speed_weight: f64,
     speed_max_mps: f64,
     reach_m: f64,
     movers_horizon_s: f64,
@@ -94,9 +99,14 @@ pub(crate) struct Objective {
 
 impl Objective {
     /// Takes in the situation; what the window is to sample for it.
-    pub(crate) fn aim(&mut self, situation: &Situation<'_>, guidance: &Guidance<'_>, horizons_s: (f64, f64)) -> Aim {
+    pub(crate) fn aim(
+        &mut self,
+        situation: &Situation<'_>,
+        guidance: &Guidance<'_>,
+        window: &mut DynamicWindow,
+    ) -> Aim {
         let (robot, pose, dt_s) = (situation.robot, situation.pose, situation.dt_s);
-        let (horizon_s, movers_horizon_s) = horizons_s;
+        let (horizon_s, movers_horizon_s) = window.horizons_s(robot);
         self.speed_max_mps = math::max(robot.speed_max_mps, 1e-9);
         self.reach_m = self.speed_max_mps * horizon_s;
         self.movers_horizon_s = movers_horizon_s;
@@ -118,7 +128,14 @@ impl Objective {
         self.cap_mps = math::min(robot.speed_max_mps, math::min(stopping, turning));
         self.arrival_m = if left_m < self.reach_m { left_m } else { f64::INFINITY };
         let turns = bearing.abs() > TURN_RAD && target_m > TURN_MIN_M;
-        self.turn_to = turns.then_some(guidance.sub_goal);
+        self.turn_rad = turns.then(|| {
+            // The short way round, unless a body that is no disc is held up on it and not on the long one.
+            let long = bearing - math::sign(bearing) * 2.0 * math::PI;
+            if !window.can_turn(situation, bearing) && window.can_turn(situation, long) { long } else { bearing }
+        });
+        let slow_mps = math::max(2.0 * robot.deceleration_max_mps2 * dt_s, TURN_ROLLING_MPS);
+        let is_rolling = situation.twist.v.abs() > slow_mps;
+        self.turn_speed_weight = if is_rolling { TURN_BRAKING_WEIGHT } else { TURN_SPEED_WEIGHT };
         Aim { speed_mps: Some(self.cap_mps), arrival_m: self.arrival_m, stop: guidance.path.end() }
     }
 
@@ -192,9 +209,9 @@ impl Objective {
         speed_factor: f64,
     ) -> f64 {
         let twist = rollouts.twist(i);
-        if let Some(target) = self.turn_to {
-            let missed = rollouts.end(i).bearing_to(target).abs() / math::PI;
-            return -missed - TURN_SPEED_WEIGHT * twist.v.abs() / self.speed_max_mps;
+        if let Some(turn_rad) = self.turn_rad {
+            let missed = (turn_rad - twist.omega * rollouts.duration_s()).abs() / math::PI;
+            return -missed - self.turn_speed_weight * twist.v.abs() / self.speed_max_mps;
         }
         let pose = rollouts.pose_within(i, self.arrival_m);
         let driven_m = math::min(twist.v.abs() * rollouts.duration_s(), self.arrival_m);

@@ -167,6 +167,19 @@ impl Braking {
 }
 
 on_lanes! {
+    /// Positions of a block that goes on at full speed.
+    pub(super) fn coast(block: &Block, track: &mut Track) -> () = coast_lanes;
+}
+
+#[inline(always)]
+fn coast_lanes<L: Lanes>(block: &Block, track: &mut Track) {
+    let mut motion = Motion::<L>::of(block);
+    for position in track {
+        *position = motion.advance(1.0);
+    }
+}
+
+on_lanes! {
     /// Positions of a block that brakes to rest along its arcs, and its headings.
     pub(super) fn glide(block: &Block, braking: &Braking, track: &mut Track, headings: &mut Track) -> () = glide_lanes;
 }

@@ -202,7 +202,7 @@ fn footprint_gaps_m(grid: &OccupancyGrid, movers: &[SensedObstacle], footprint: 
     let mut statics = corners.iter().map(|&corner| static_distance_m(grid, corner)).fold(f64::INFINITY, math::min);
     for (index, _) in grid.occupied().iter().enumerate().filter(|&(_, &occupied)| occupied) {
         let square = grid.square(grid.cell(index));
-        for corner in crate::geometry::convex::rectangle(square) {
+        for corner in convex::rectangle(square) {
             statics = math::min(statics, to_point(corner));
         }
     }
@@ -216,7 +216,7 @@ fn clearances_of_a_footprint_agree_with_brute_force() {
     let footprint = Polygon::new(&corners.map(|(x, y)| Vec2::new(x, y))).unwrap();
     let overhang_m = 0.08;
     for disc in footprint.cover() {
-        let beyond = disc.radius_m + crate::geometry::convex::point_distance(footprint.corners(), disc.centre);
+        let beyond = disc.radius_m + convex::point_distance(footprint.corners(), disc.centre);
         assert!(beyond <= overhang_m, "{beyond}");
     }
     let robot = Robot { radius_m: footprint.circumradius_m(), footprint: Some(footprint.clone()), ..Robot::default() };
