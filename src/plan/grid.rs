@@ -179,7 +179,8 @@ impl PlanningGrid {
             let convex = (ur & !ul & !lr) | (ul & !ur & !ll) | (lr & !ll & !ur) | (ll & !lr & !ul);
             *corner = convex >> 7;
         }
-        let reach = (self.inflation_m / self.resolution_m).floor().min(f64::from(self.cols.max(self.rows))) as usize;
+        let reach =
+            math::min((self.inflation_m / self.resolution_m).floor(), f64::from(self.cols.max(self.rows))) as usize;
         if reach == 0 {
             let corners = &self.corners;
             let at = |offset: usize| &corners[offset..];

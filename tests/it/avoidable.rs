@@ -11,6 +11,7 @@ use super::support::{is_full, root};
 use simrun::episode::{Outcome, Recording};
 use simrun::experiment::Experiment;
 use simrun::geometry::{Pose, Twist, Vec2};
+use simrun::math;
 use simrun::scenario::{Edit, ScenarioFile};
 use simrun::world::ObstacleKind;
 
@@ -55,7 +56,7 @@ fn least_gap_m(recording: &Recording, row: usize, wanted: Twist, hold_s: f64) ->
         let command = if time_s <= hold_s + 1e-9 { wanted } else { braking };
         twist = robot.actuate(twist, command, STEP_S);
         pose = pose.advance(twist, STEP_S);
-        least_m = least_m.min(gap_m(recording, row, pose, time_s));
+        least_m = math::min(least_m, gap_m(recording, row, pose, time_s));
         if least_m <= 0.0 {
             break;
         }
@@ -73,23 +74,24 @@ fn gap_m(recording: &Recording, row: usize, pose: Pose, time_s: f64) -> f64 {
     let (p, radius_m) = (pose.position, recording.robot.radius_m);
     let grid = &recording.scene.map.grid;
     let extent = grid.extent_m();
-    let mut gap = p.x.min(p.y).min(extent.x - p.x).min(extent.y - p.y) - radius_m;
+    let mut gap = math::min(math::min(p.x, p.y), math::min(extent.x - p.x, extent.y - p.y)) - radius_m;
     let reach = Vec2::new(radius_m, radius_m);
     let (first, last) = (grid.cell_at(p - reach), grid.cell_at(p + reach));
     for row in first.row..=last.row {
         for col in first.col..=last.col {
             let cell = simrun::map::Cell { col, row };
             if grid.contains(cell) && !grid.is_free(cell) {
-                gap = gap.min(grid.square(cell).signed_distance(p) - radius_m);
+                gap = math::min(gap, grid.square(cell).signed_distance(p) - radius_m);
             }
         }
     }
     for obstacle in &recording.scene.unknown_static {
-        gap = gap.min(obstacle.distance_m(p) - radius_m);
+        gap = math::min(gap, obstacle.distance_m(p) - radius_m);
     }
     for (mover, state) in recording.scene.movers.iter().zip(recording.trace.movers_at(row)) {
         if state.present {
-            gap = gap.min(mover.outline.distance_m(state.position + state.velocity * time_s, p) - radius_m);
+            let there = state.position + state.velocity * time_s;
+            gap = math::min(gap, mover.outline.distance_m(there, p) - radius_m);
         }
     }
     gap

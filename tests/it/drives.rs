@@ -3,6 +3,7 @@
 use super::support::{Answer, is_full, root, simrun};
 use simrun::geometry::{Twist, Vec2};
 use simrun::map::OccupancyGrid;
+use simrun::math;
 use simrun::rng::EpisodeSeed;
 use simrun::robot::Robot;
 use simrun::scenario::load;
@@ -310,7 +311,7 @@ fn the_commanded_speed_does_not_flip_from_tick_to_tick() {
             let changes: Vec<f64> = speeds.windows(2).map(|pair| pair[1] - pair[0]).collect();
             let flips = changes
                 .windows(2)
-                .filter(|pair| pair[0] * pair[1] < 0.0 && pair[0].abs().min(pair[1].abs()) >= 0.02 - 1e-9)
+                .filter(|pair| pair[0] * pair[1] < 0.0 && math::min(pair[0].abs(), pair[1].abs()) >= 0.02 - 1e-9)
                 .count();
             assert!(flips * 20 <= speeds.len(), "{case}, {stack}: {flips} of {} ticks", speeds.len());
         }

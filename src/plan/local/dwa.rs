@@ -9,8 +9,8 @@
 //! Automation Magazine 4(1), 1997, for the window and the choice. Two objectives (`normalise`):
 //!
 //! - `fixed` (default): progress along the path, tempered by nearness, with the equations and sources of
-//!   [`objective`](super::window::objective). Movers are looked at over a horizon of their own, with braking
-//!   ([`movers`](super::window)), and where no twist is admissible a manoeuvre beyond the window is looked for.
+//!   `window/objective.rs`. Movers are looked at over a horizon of their own, with braking
+//!   (`window/movers.rs`), and where no twist is admissible a manoeuvre beyond the window is looked for.
 //! - `sum`: the form of the five papers reproduced here (gao2025 eq. 19–25, qin2026 eq. 10–17, zhu2025 eq. 11–16, zhao2025
 //!   eq. 10–15, hu2024 eq. 14–18), which agree on
 //!

@@ -10,7 +10,7 @@
 //! head, dist and vel are those of [`dwa`](super::dwa), window, rollouts and ties those of [`window`](super::window).
 //!
 //! That is `normalise: sum`, which the paper's scenarios state. By default (`fixed`) what is its own goes on top of the objective
-//! that it shares with `dwa` ([`objective`](super::window::objective)): the factor ln(e + dist / d2) on the velocity term, and the
+//! that it shares with `dwa` (`window/objective.rs`): the factor ln(e + dist / d2) on the velocity term, and the
 //! pull γ · d_best / |p_end − target|, where d_best is the nearest that any rollout could come within the
 //! horizon; within 0.5 m of the target all rollouts are equal.
 //!

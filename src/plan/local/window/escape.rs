@@ -131,9 +131,9 @@ impl DynamicWindow {
         for first in (0..MANOEUVRES).step_by(LANES) {
             let lanes = LANES.min(MANOEUVRES - first);
             let mut begun = [(Twist::ZERO, Vec2::zeros()); LANES];
-            for lane in 0..lanes {
+            for (lane, begun) in begun.iter_mut().enumerate().take(lanes) {
                 let manoeuvre = Manoeuvre::number(first + lane, robot, steps);
-                begun[lane] = manoeuvre.drive(situation, pitch_m, lane, [&mut ahead.track, &mut ahead.headings]);
+                *begun = manoeuvre.drive(situation, pitch_m, lane, [&mut ahead.track, &mut ahead.headings]);
             }
             let mut free = [steps as f32; LANES];
             let mut gaps = Gaps::new(free);
@@ -150,8 +150,7 @@ impl DynamicWindow {
                     gaps.take_passing(&rollout::pass(self.width, &step, &ahead.carried, &mover), mover.touch);
                 }
             }
-            for lane in 0..lanes {
-                let (command, end) = begun[lane];
+            for (lane, &(command, end)) in begun.iter().enumerate().take(lanes) {
                 let end = situation.pose.position + end * pitch_m;
                 let nearer_m = (target - situation.pose.position).norm() - (target - end).norm();
                 let gap_m = math::clamp(f64::from(gaps.least[lane]) * pitch_m, 0.0, GAP_MAX_M);

@@ -90,8 +90,8 @@ impl Ahead {
         let free = self.free_of_statics(course, field, looked_at);
         let mut braking = Braking { start: [FAR; LANES], loss: block.loss };
         let mut brakes = false;
-        for lane in 0..LANES {
-            let before_static = if (free[lane] as usize) < steps { free[lane] - 1.0 } else { FAR };
+        for (lane, &free) in free.iter().enumerate() {
+            let before_static = if (free as usize) < steps { free - 1.0 } else { FAR };
             let start = smaller(before_static, block.arrival[lane]) - block.stopping[lane];
             braking.start[lane] = if start > 0.0 { start } else { 0.0 };
             brakes |= start < steps as f32;
