@@ -12,7 +12,8 @@
 //! V_a = { v ≤ √(2 dist a_dec), |ω| ≤ √(2 dist α) }        and nothing touched within the horizon
 //! ```
 //!
-//! A rollout that touches an obstacle is not admissible, however late. One exception: a robot that believes
+//! A rollout that touches a static within the horizon is not admissible, however late, unless it has arrived before. Movers are met in one of
+//! two ways ([`Normalise`]): as statics are, or over a horizon of their own with braking (`movers.rs`). One exception: a robot that believes
 //! itself in contact already (noise of its pose, a map cell that turned occupied beside it) may stand, turn or
 //! drive out, only not deeper in; otherwise a centimetre of noise would hold it for ever.
 //!

@@ -277,3 +277,103 @@ fn nearness_share(clearance_m: f64, d_cap_m: f64, weight: f64) -> f64 {
     let near = if clearance_m < d_cap_m { 1.0 - clearance_m / d_cap_m } else { 0.0 };
     1.0 - math::min(weight, 1.0) * near * near
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{BrakingDistance, BrakingTurn, Normalise, Prediction, Settings, Spacing};
+    use super::*;
+    use crate::geometry::{Path, Pose, Twist};
+    use crate::map::OccupancyGrid;
+    use crate::observation::Belief;
+    use crate::robot::Robot;
+
+    const WEIGHTS: Weights = Weights { progress: 1.0, path: 0.5, heading: 0.1, distance: 0.8, velocity: 0.3 };
+
+    fn window() -> DynamicWindow {
+        DynamicWindow::new(Settings {
+            normalise: Normalise::Fixed,
+            horizon_s: None,
+            movers_horizon_s: None,
+            room_m: 0.02,
+            prediction: Prediction::Arc,
+            speed: Spacing::Count(11),
+            yaw_rate: Spacing::Count(21),
+            predict_dynamic: true,
+            clearance_cap_m: 0.3,
+            braking_distance: BrakingDistance::Arc,
+            braking_clip_m: None,
+            braking_turn: BrakingTurn::Off,
+        })
+    }
+
+    /// What the window is to sample, the score of each twist, and the best one, in an open hall.
+    fn judge(path: &Path, pose: Pose, twist: Twist) -> (Aim, Vec<(Twist, f64)>, Twist) {
+        let (belief, robot) = (Belief::from(&OccupancyGrid::empty(40, 40, 1.0)), Robot::default());
+        let situation = Situation { twist, ..Situation::new(&robot, &belief, pose, path.end()) };
+        let mut nodes = Vec::new();
+        path.key_nodes(&mut nodes);
+        let sub_goal = path.point_at(math::min(path.project(pose.position).0 + 3.0, path.length()));
+        let guidance =
+            Guidance { sub_goal, key_nodes: &nodes, ..Guidance::to_end(path, path.project(pose.position).0) };
+        let (mut window, mut objective, mut scores) = (window(), Objective::default(), Score::default());
+        let aim = objective.aim(&situation, &guidance, &mut window);
+        window.roll(&situation, &aim);
+        let of = |rollouts: &Rollouts, i: usize| objective.score(rollouts, i, &WEIGHTS, 0.3, 1.0);
+        let best = objective.best(&mut window, &situation, &mut scores, of).expect("an open hall");
+        let rollouts = window.rollouts();
+        let all = (0..rollouts.len()).map(|i| (rollouts.twist(i), of(rollouts, i))).collect();
+        (aim, all, rollouts.twist(best))
+    }
+
+    fn path(points: &[(f64, f64)]) -> Path {
+        Path::polyline(&points.iter().map(|&(x, y)| Vec2::new(x, y)).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn on_the_path_the_score_is_the_one_worked_by_hand() {
+        let (aim, all, best) =
+            judge(&path(&[(5.0, 20.0), (35.0, 20.0)]), Pose::new(10.0, 20.0, 0.0), Twist { v: 0.8, omega: 0.0 });
+        assert!(aim.speed_mps == Some(1.0) && aim.arrival_m.is_infinite());
+        // Straight on at v: all of v · 1.5 s is gained, of 1.5 m; the heading is the path's; 0.3 for the speed.
+        for (twist, score) in all.iter().filter(|(twist, _)| twist.omega == 0.0) {
+            assert!((score - (twist.v + 0.1 + 0.3 * twist.v)).abs() < 1e-4, "{twist:?} {score}");
+        }
+        assert!((best.v - 0.85).abs() < 1e-9 && best.omega == 0.0, "{best:?}");
+    }
+
+    #[test]
+    fn standing_is_behind_whatever_leads_on() {
+        let start = Pose::new(10.0, 20.0, 0.3);
+        let (_, all, best) = judge(&path(&[(10.0, 20.0), (35.0, 20.0)]), start, Twist::ZERO);
+        let standing = all.iter().find(|(twist, _)| *twist == Twist::ZERO).unwrap().1;
+        assert!(standing < -9.0 && best.v == 0.05 && best.omega < 0.0, "{standing} {best:?}");
+    }
+
+    #[test]
+    fn beside_the_path_it_turns_towards_it_and_behind_it_it_turns_round() {
+        let line = path(&[(5.0, 20.0), (35.0, 20.0)]);
+        let (_, _, best) = judge(&line, Pose::new(10.0, 20.4, 0.0), Twist { v: 0.8, omega: 0.0 });
+        assert!(best.omega < 0.0, "{best:?}");
+        // Rolling away from it: brake first.
+        let (_, _, best) = judge(&line, Pose::new(10.0, 20.0, 3.0), Twist { v: 0.8, omega: 0.0 });
+        assert!(best.v == 0.75 && best.omega < 0.0, "{best:?}");
+        let (_, _, best) = judge(&line, Pose::new(10.0, 20.0, 3.0), Twist::ZERO);
+        assert!(best.v == 0.0 && best.omega == -0.2, "{best:?}");
+    }
+
+    #[test]
+    fn before_the_end_it_drives_the_speed_at_which_it_can_still_stop() {
+        let line = path(&[(5.0, 20.0), (11.0, 20.0)]);
+        let (aim, _, best) = judge(&line, Pose::new(10.5, 20.0, 0.0), Twist { v: 0.7, omega: 0.0 });
+        let cap = aim.speed_mps.unwrap();
+        // v dt and 0.05 m/s less in each tick that follows: 0.5 m in all.
+        let mut way_m = 0.0;
+        let mut v = cap;
+        while v > 0.0 {
+            way_m += 0.1 * v;
+            v -= 0.05;
+        }
+        assert!((way_m - 0.5).abs() < 1e-9 && (aim.arrival_m - 0.5).abs() < 1e-9, "{way_m}");
+        assert_eq!(best, Twist { v: cap, omega: 0.0 });
+    }
+}
