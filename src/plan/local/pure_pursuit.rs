@@ -231,7 +231,8 @@ impl<'a> Tracker<'a> {
     fn back_to_path(&self) -> Option<Twist> {
         let Drive { pose, twist, place } = self.now;
         let room_m = self.room_m?;
-        let points = (0..=BACK_POINTS).map(|k| place.along_m - BACK_STEP_M * f64::from(k)).filter(|&along_m| along_m >= 0.0);
+        let points =
+            (0..=BACK_POINTS).map(|k| place.along_m - BACK_STEP_M * f64::from(k)).filter(|&along_m| along_m >= 0.0);
         let points = points.map(|along_m| self.path.point_at(along_m));
         let point = points
             .filter(|point| (point - pose.position).norm() > 1e-3)
@@ -412,9 +413,8 @@ mod tests {
             ],
         );
         // On the line: 3-4-5 triangle of 0.6, 0.8, 1.
-        let ahead = |along_m: f64, from: Vec2, distance_m: f64| {
-            look_ahead(&path, Place::at(&path, along_m), from, distance_m)
-        };
+        let ahead =
+            |along_m: f64, from: Vec2, distance_m: f64| look_ahead(&path, Place::at(&path, along_m), from, distance_m);
         let (point, is_end) = ahead(1.0, Vec2::new(1.0, 0.6), 1.0);
         assert!(close(point, 1.8, 0.0) && !is_end);
         // On the arc: √2 · 2 from its beginning to its end, so 2 m away is at 60° of the circle.

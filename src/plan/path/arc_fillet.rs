@@ -179,14 +179,13 @@ impl Arc {
         let last = |high: f64| ((high + needed_m) / side_m).floor() as i32 + 1;
         let cols = first(bounds.min.x).max(-1)..=last(bounds.max.x).min(grid.cols());
         let rows = first(bounds.min.y).max(-1)..=last(bounds.max.y).min(grid.rows());
-        let keeps_off_squares =
-            rows.flat_map(|row| cols.clone().map(move |col| Cell { col, row })).all(|cell| {
-                !obstacles.is_occupied(cell) || {
-                    let min = side_m * Vec2::new(f64::from(cell.col), f64::from(cell.row));
-                    let distance_m = self.distance(Rect { min, max: min + Vec2::new(side_m, side_m) });
-                    distance_m > 0.0 && distance_m >= needed_m - SLACK
-                }
-            });
+        let keeps_off_squares = rows.flat_map(|row| cols.clone().map(move |col| Cell { col, row })).all(|cell| {
+            !obstacles.is_occupied(cell) || {
+                let min = side_m * Vec2::new(f64::from(cell.col), f64::from(cell.row));
+                let distance_m = self.distance(Rect { min, max: min + Vec2::new(side_m, side_m) });
+                distance_m > 0.0 && distance_m >= needed_m - SLACK
+            }
+        });
         let piece = Piece::Arc { to: self.to, centre: self.centre, sweep: self.sweep };
         let chords = piece.chord_count(self.from, 0.01 * side_m, 1e4);
         let at = |k: u32| piece.chord_point(self.from, k, chords);

@@ -137,7 +137,8 @@ mod tests {
 
     #[test]
     fn a_recorded_mover_is_at_the_recorded_place_and_gone_outside_of_its_time() {
-        let csv = b"time_s,id,x_m,y_m\n1.0,4,10,10\n1.4,4,10.4,10\n1.85,4,10.4,10.9\n2.85,4,10.4,12.9\n3.0,4,10.4,13.2\n";
+        let csv =
+            b"time_s,id,x_m,y_m\n1.0,4,10,10\n1.4,4,10.4,10\n1.85,4,10.4,10.9\n2.85,4,10.4,12.9\n3.0,4,10.4,13.2\n";
         let recording = Arc::new(Recording::parse(csv, 25.0).unwrap());
         let obstacles = "moving: [replay: {file: unused.csv, from_s: 0.5}]";
         let mut spec = spec("[1, 1]", "[38, 28]", obstacles);
