@@ -49,6 +49,13 @@ fn check(args: &Args, text: &mut String) -> Result<(), Failure> {
                     counted(order.points()[0].len() as u64, "stack")
                 };
                 *text += &format!("{}: valid, {count}, {} each\n", file.display(), counted(episodes, "episode"));
+                if experiment.repeats(0) {
+                    *text += &format!(
+                        "  note: nothing in this scenario is random: its {} are the same; use `episodes: 1`, or make the start, the goal, \
+                         obstacles or noise random\n",
+                        counted(episodes, "episode")
+                    );
+                }
                 for difference in experiment.differences(0) {
                     *text += &format!("  note: {difference}\n");
                 }

@@ -3,7 +3,7 @@
 use super::run::{complete, existing, refused};
 use super::scenarios::prepare;
 use super::{Failure, colour, print, say};
-use crate::comparison;
+use crate::comparison::{self, Section};
 use crate::experiment::{Experiment, Session};
 use crate::paper::{self, Evidence, Paper};
 use crate::results::EPISODES_CSV;
@@ -52,7 +52,16 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         let session = Session::open(experiment, &folder, existing(args.force)).map_err(refused)?;
         complete(session, args.threads, None, args.quiet)?;
         let rows = comparison::read_table(&folder.join(EPISODES_CSV)).map_err(Failure::run)?;
-        evidence.add(table.id.as_str(), experiment, rows.sections);
+        let (sections, copies): (Vec<_>, Vec<u64>) = rows.sections.iter().map(Section::without_copies).unzip();
+        let copies = copies.iter().sum::<u64>();
+        if copies > 0 {
+            say(&format!(
+                "{}: {} left out: nothing in them is random, they are copies of others",
+                table.id,
+                counted(copies, "episode")
+            ));
+        }
+        evidence.add(table.id.as_str(), experiment, sections);
     }
     let report = out.join("report.md");
     for (name, text) in [

@@ -65,7 +65,9 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, Ot
         sections.flat_map(|section| &section.stacks).find(|other| other.is_same_setting(stack)).cloned()
     };
     for section in old {
-        for before in &section.stacks {
+        // Copies of an episode are no evidence; their rows are compared all the same.
+        let (distinct, _) = section.without_copies();
+        for (before, once) in section.stacks.iter().zip(&distinct.stacks) {
             let Some(after) = find(new, section, before) else {
                 result.missing += before.rows.len() as u64;
                 continue;
@@ -95,7 +97,7 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, Ot
                 ));
             }
             if result.moved.len() > moved_before {
-                result.comparisons.extend(compare_pairs(before, &after));
+                result.comparisons.extend(compare_pairs(once, &after));
             }
         }
     }

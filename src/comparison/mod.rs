@@ -73,6 +73,10 @@ pub struct Report {
     pub letters: Vec<String>,
     /// Whether pairs of the same worlds were compared.
     pub paired: bool,
+    /// Episodes that differ in anything.
+    pub distinct: u64,
+    /// Episodes that are copies of others to the last bit and do not count.
+    pub copies: u64,
 }
 
 /// Choice of the comparisons that are made.
@@ -91,6 +95,7 @@ pub struct Pairing {
 /// # Errors
 /// If no stack has the name of the reference; the error lists the stacks.
 pub fn analyse(section: &Section, pairing: &Pairing) -> Result<Report, NameError> {
+    let (section, copies) = section.without_copies();
     let stacks = &section.stacks;
     let reference = match &pairing.reference {
         None => 0,
@@ -99,7 +104,10 @@ pub fn analyse(section: &Section, pairing: &Pairing) -> Result<Report, NameError
             NameError::unknown("stack", name, &known)
         })?,
     };
-    let chosen: Vec<(usize, usize)> = if pairing.all_pairs {
+    let distinct = stacks.iter().map(|stack| stack.rows.len() as u64).max().unwrap_or(0);
+    let chosen: Vec<(usize, usize)> = if copies > 0 && distinct < 2 {
+        Vec::new()
+    } else if pairing.all_pairs {
         pairs(stacks.len()).collect()
     } else {
         (0..stacks.len()).filter(|&other| other != reference).map(|other| (reference, other)).collect()
@@ -118,6 +126,8 @@ pub fn analyse(section: &Section, pairing: &Pairing) -> Result<Report, NameError
         comparisons,
         letters,
         paired: !pairing.unpaired,
+        distinct,
+        copies,
     })
 }
 

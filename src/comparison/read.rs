@@ -1,7 +1,7 @@
 //! Rows of result files, sorted into sections; rows are compared only within a section.
 
 use crate::results::{EPISODES_CSV, MANIFEST_JSON, Manifest, ReadError, Reader, ResultsError, Row, title};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -32,6 +32,33 @@ pub struct Section {
     pub swept: Vec<(String, String)>,
     /// The stacks, in the order of their first rows.
     pub stacks: Vec<StackRows>,
+}
+
+impl Section {
+    /// The section without copies, and the number of episodes left out. An episode is a copy of an earlier one if the world and what
+    /// every stack did in it are the same to the last bit: nothing in the scenario is random, and it is no evidence of its own. Rows without
+    /// digests are no copies.
+    pub fn without_copies(&self) -> (Self, u64) {
+        let mut section = self.clone();
+        let worlds: BTreeSet<(u64, u64)> = self.stacks.iter().flat_map(|stack| stack.rows.keys().copied()).collect();
+        let mut known = BTreeSet::new();
+        let mut copies = 0;
+        for world in worlds {
+            let digests = |stack: &StackRows| {
+                let row = stack.rows.get(&world)?;
+                Some((row.world_digest?.0, row.trace_digest?.0))
+            };
+            let drives: Vec<Option<(u64, u64)>> = self.stacks.iter().map(digests).collect();
+            let is_told_apart = drives.iter().any(Option::is_none);
+            if !is_told_apart && !known.insert(drives) {
+                copies += 1;
+                for stack in &mut section.stacks {
+                    stack.rows.remove(&world);
+                }
+            }
+        }
+        (section, copies)
+    }
 }
 
 /// The rows of one stack.

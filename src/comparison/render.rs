@@ -3,6 +3,7 @@
 use super::{COMPARED, Comparison, Report};
 use crate::episode::Outcome;
 use crate::results::{Rate, Statistics};
+use crate::settings::quantity::counted;
 use std::fmt::Write as _;
 
 /// Format of a report.
@@ -85,6 +86,14 @@ fn section(report: &Report, format: Format) -> String {
     text += &table(&rows, 1, format);
     text +=
         "\nStacks that share a letter are not told apart by success (exact McNemar tests of all pairs, Holm, 5 %).\n\n";
+    if report.copies > 0 {
+        text += &format!(
+            "{} left out: nothing in them is random, so they are copies of the {} that {}.\n\n",
+            counted(report.copies, "episode"),
+            report.distinct,
+            if report.distinct == 1 { "counts; one world is no sample, and nothing is tested" } else { "count" }
+        );
+    }
     if report.comparisons.is_empty() {
         return text;
     }

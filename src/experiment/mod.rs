@@ -193,6 +193,17 @@ impl Experiment {
         &self.points[point as usize].values
     }
 
+    /// Whether the episodes of a point are copies of one another because nothing in it is random: the worlds of the first two are the same,
+    /// and so is all that the first stack does in them.
+    pub fn repeats(&self, point: u32) -> bool {
+        let digest = |episode: u64| self.scene(point, episode).ok().map(|scene| scene.digest());
+        if self.scenario_at(point).episodes.get() < 2 || self.stacks(point).len() == 0 || digest(0) != digest(1) {
+            return false;
+        }
+        let trace = |episode: u64| self.drive_one(point, episode, 0).ok().and_then(|drive| drive.row.trace_digest);
+        trace(0).is_some() && trace(0) == trace(1)
+    }
+
     /// Settings in which the stacks of a point differ beside their planners, one sentence each.
     pub fn differences(&self, point: u32) -> Vec<String> {
         differences::differences(self.stacks(point), &self.scenario_at(point).planning)

@@ -197,3 +197,32 @@ fn a_table_of_an_older_header_is_analysed_and_its_missing_columns_are_said_once(
         analyze(&["--baseline", "tests/data/episodes_header_1.csv"], &[Path::new("results/reference/05_crossing")]);
     assert!(code == 0 && text.contains(" 0 missing, 0 new"), "{text}");
 }
+
+#[test]
+fn copies_of_one_world_are_no_evidence() {
+    let scratch = tempfile::tempdir().unwrap();
+    // Own map, own start and goal, nothing random: twenty episodes are one.
+    let (free, wall) = ("....................", "..........#.........");
+    let rows = [free, free, free, wall, wall, free, free, free].map(|row| format!("'{row}'")).join(", ");
+    let text = format!(
+        "map: {{ascii: {{resolution_m: 0.5, rows: [{rows}]}}}}
+start: [1, 2, 0]
+goal: [9, 2]
+stacks: [{{global: a_star, local: dwa}}, {{global: none, local: pure_pursuit}}]
+episodes: 20\n"
+    );
+    fs::write(scratch.path().join("fixed.yaml"), text).unwrap();
+    let said = simrun(scratch.path()).args(["check", "fixed.yaml"]).ends_with(0).stdout;
+    assert!(said.contains("nothing in this scenario is random: its 20 episodes are the same"), "{said}");
+    simrun(scratch.path()).args(["fixed.yaml", "--quiet", "--out", "out"]).ends_with(0);
+    let said = simrun(scratch.path()).args(["analyze", "out"]).ends_with(0).stdout;
+    assert!(said.contains("19 episodes left out") && said.contains("one world is no sample"), "{said}");
+    assert!(!said.contains("differs") && !said.contains("McNemar, exact"), "{said}");
+    // Noise makes them differ, though the world is one.
+    let noisy = ["--set", "localisation.position_noise_m=0.02"];
+    let said = simrun(scratch.path()).args(["check", "fixed.yaml"]).args(noisy).ends_with(0).stdout;
+    assert!(!said.contains("nothing in this scenario is random"), "{said}");
+    simrun(scratch.path()).args(["fixed.yaml", "--quiet", "--out", "noisy"]).args(noisy).ends_with(0);
+    let said = simrun(scratch.path()).args(["analyze", "noisy"]).ends_with(0).stdout;
+    assert!(!said.contains("left out") && said.contains("differs"), "{said}");
+}
