@@ -1,7 +1,7 @@
 //! `simrun analyze`: result files become comparisons.
 
 use super::{Failure, Out, say};
-use crate::comparison::{self, Format, Pairing, Section, Table};
+use crate::comparison::{self, Format, Gate, Pairing, Section, Table};
 use crate::settings::quantity::counted;
 use std::path::PathBuf;
 
@@ -22,6 +22,13 @@ pub(super) struct Args {
     /// Compare with an older run of the same scenario instead: rows that moved, tests of each stack; exit code 3 if it got worse.
     #[arg(long, value_name = "EPISODES_CSV", conflicts_with_all = ["reference", "all_pairs", "unpaired"])]
     baseline: Option<PathBuf>,
+    /// With --baseline: the metrics that may make the run worse, joined by commas; all by default.
+    #[arg(long, value_name = "METRICS", value_delimiter = ',', requires = "baseline")]
+    metrics: Vec<String>,
+    /// With --baseline: how much a metric may get worse, in its unit or in per cent of the baseline's mean, for example
+    /// --margin time_s=5% (repeatable).
+    #[arg(long, value_name = "METRIC=VALUE", requires = "baseline")]
+    margin: Vec<String>,
     /// How to print it; csv holds the tests alone (summary.csv has the stacks).
     #[arg(long, value_enum, default_value_t = Shape::Text)]
     format: Shape,
@@ -50,7 +57,8 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         if args.files.len() > 1 {
             return Err(Failure::usage("--baseline compares one run with one older run"));
         }
-        return baseline(&read(old)?, &tables[0], &args.out);
+        let gate = Gate::new(&args.metrics, &args.margin).map_err(Failure::usage)?;
+        return baseline(&read(old)?, &tables[0], &gate, &args.out);
     }
     let sections = tables.into_iter().flat_map(|table| table.sections).collect::<Vec<Section>>();
     let pairing = Pairing { reference: args.reference.clone(), all_pairs: args.all_pairs, unpaired: args.unpaired };
@@ -67,9 +75,12 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
 /// Rows that moved, named one by one.
 const MOVED_SHOWN: usize = 20;
 
-fn baseline(old: &Table, new: &Table, out: &Out) -> Result<(), Failure> {
-    let found = comparison::compare_baseline(&old.sections, &new.sections).map_err(Failure::usage)?;
-    let mut text = String::new();
+fn baseline(old: &Table, new: &Table, gate: &Gate, out: &Out) -> Result<(), Failure> {
+    let found = comparison::compare_baseline(&old.sections, &new.sections, gate).map_err(Failure::usage)?;
+    let mut text = match found.regressions.as_slice() {
+        [] => "No worse than the baseline.\n".to_owned(),
+        regressions => format!("Worse than the baseline: {}\n", regressions.join("; ")),
+    };
     if let (Some(before), Some(now)) = (&old.version, &new.version)
         && before != now
     {

@@ -34,6 +34,10 @@ pub(super) struct Args {
     /// Fail (exit code 3) unless every stack reaches this success rate, from 0 to 1.
     #[arg(long, value_name = "RATE")]
     require_success: Option<f64>,
+    /// Ask it of the lower end of the 95 % interval and not of the rate itself: then a lucky run does not pass, and it takes more
+    /// episodes to pass.
+    #[arg(long, requires = "require_success")]
+    require_interval: bool,
     /// No progress bar and no table.
     #[arg(short, long)]
     quiet: bool,
@@ -136,8 +140,13 @@ fn judge(args: &Args, summary: &[SummaryRow]) -> Result<(), Failure> {
     let missed: Vec<String> = summary
         .iter()
         .filter_map(|row| {
-            let rate = row.success.map_or(0.0, |success| success.rate);
-            (rate < required).then(|| format!("{} succeeds in {:.1} %", row.stack, 100.0 * rate))
+            let (rate, low) = row.success.map_or((0.0, 0.0), |success| (success.rate, success.low));
+            let said = format!("{} succeeds in {:.1} %", row.stack, 100.0 * rate);
+            if args.require_interval {
+                (low < required).then(|| format!("{said}, surely in {:.1} %", 100.0 * low))
+            } else {
+                (rate < required).then_some(said)
+            }
         })
         .collect();
     if missed.is_empty() {

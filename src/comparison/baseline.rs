@@ -1,6 +1,6 @@
 //! A run against an older one: rows that changed, and regressions.
 
-use super::{ALPHA, Comparison, Section, StackRows, compare_pairs, correct};
+use super::{ALPHA, Comparison, Gate, Section, StackRows, compare_pairs, correct};
 use crate::analysis::Better;
 use crate::episode::Outcome;
 use crate::results::metric_column;
@@ -37,13 +37,13 @@ pub struct OtherScenario {
 
 /// Compares a run with an older one of the same scenario, stack by stack on the same worlds.
 ///
-/// A regression is a test that is significant after Holm's correction over all stacks and metrics and points the wrong way
-/// (less success, longer, slower, less clearance), a planner that crashes where it did not, or a missing row. Points of a sweep are
+/// A regression is a test that is significant after Holm's correction over all stacks and metrics of the gate, points the wrong way
+/// (less success, longer, slower, less clearance) and is larger than the gate's margin, a planner that crashes where it did not, or a missing row. Points of a sweep are
 /// matched by the values of their keys, of those that touch a stack. Rows of equal number whose worlds differ are counted and left out of the tests.
 ///
 /// # Errors
 /// If the runs are of different scenarios.
-pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, OtherScenario> {
+pub fn compare_baseline(old: &[Section], new: &[Section], gate: &Gate) -> Result<Baseline, OtherScenario> {
     if let (Some(old), Some(new)) = (old.first(), new.first())
         && old.scenario != new.scenario
     {
@@ -108,6 +108,7 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, Ot
             result.added += after.rows.keys().filter(is_new).count() as u64;
         }
     }
+    result.comparisons.retain(|comparison| gate.counts(comparison.metric));
     correct(&mut result.comparisons);
     if result.missing > 0 {
         result.regressions.push(format!("{} of the baseline missing", counted(result.missing, "row")));
@@ -120,9 +121,9 @@ pub fn compare_baseline(old: &[Section], new: &[Section]) -> Result<Baseline, Ot
             Some(Better::Lower) => difference > 0.0,
             None => false,
         });
-        if worse && comparison.p_holm <= ALPHA {
-            let (stack, metric) = (&comparison.stack, comparison.metric);
-            let difference = comparison.difference.unwrap_or_default();
+        let (stack, metric) = (&comparison.stack, comparison.metric);
+        let difference = comparison.difference.unwrap_or_default();
+        if worse && comparison.p_holm <= ALPHA && difference.abs() > gate.margin(metric, comparison.reference_mean) {
             result.regressions.push(format!("{stack}: {metric} by {difference:+.3} (p = {:.2e})", comparison.p_holm));
         }
     }
@@ -137,26 +138,49 @@ mod tests {
     #[test]
     fn equal_runs_have_not_moved_and_nothing_is_tested() {
         let old = section(&[("a", "ssssf", &[1.0, 2.0, 3.0, 4.0])]);
-        let found = compare_baseline(std::slice::from_ref(&old), std::slice::from_ref(&old)).unwrap();
+        let found = compare_baseline(std::slice::from_ref(&old), std::slice::from_ref(&old), &Gate::default()).unwrap();
         assert_eq!((found.rows, found.moved.len(), found.missing, found.added), (5, 0, 0, 0));
         assert!(found.comparisons.is_empty() && found.regressions.is_empty());
+    }
+
+    #[test]
+    fn what_is_smaller_than_the_margin_or_not_of_the_gate_is_no_regression() {
+        let times: Vec<f64> = (0..30).map(|k| 20.0 + f64::from(k)).collect();
+        let longer: Vec<f64> = times.iter().map(|time| 1.02 * time).collect();
+        let old = section(&[("a", &"s".repeat(30), &times)]);
+        let mut new = section(&[("a", &"s".repeat(30), &longer)]);
+        new.stacks[0]
+            .rows
+            .values_mut()
+            .for_each(|row| row.trace_digest = Some(crate::results::Digest(100 + row.episode)));
+        let regressions = |metrics: &[&str], margins: &[&str]| {
+            let own = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>();
+            let gate = Gate::new(&own(metrics), &own(margins)).unwrap();
+            compare_baseline(std::slice::from_ref(&old), std::slice::from_ref(&new), &gate).unwrap().regressions.len()
+        };
+        // Two per cent of a mean of 34.5 m are 0.69 m.
+        assert_eq!((regressions(&[], &[]), regressions(&[], &["length_m=3%"])), (1, 0));
+        assert_eq!((regressions(&[], &["length_m=1%"]), regressions(&[], &["length_m=0.6"])), (1, 1));
+        assert_eq!((regressions(&["success"], &[]), regressions(&["length_m"], &[])), (0, 1));
     }
 
     #[test]
     fn fewer_successes_are_a_regression_and_more_are_not() {
         let (good, bad) = ("s".repeat(30), "f".repeat(15) + &"s".repeat(15));
         let (good, bad) = (section(&[("a", &good, &[])]), section(&[("a", &bad, &[])]));
-        let worse = compare_baseline(std::slice::from_ref(&good), std::slice::from_ref(&bad)).unwrap();
+        let worse =
+            compare_baseline(std::slice::from_ref(&good), std::slice::from_ref(&bad), &Gate::default()).unwrap();
         assert_eq!(worse.moved.len(), 15);
         assert!(worse.regressions.len() == 1 && worse.regressions[0].contains("a: success by -50"), "{worse:?}");
-        let better = compare_baseline(std::slice::from_ref(&bad), std::slice::from_ref(&good)).unwrap();
+        let better =
+            compare_baseline(std::slice::from_ref(&bad), std::slice::from_ref(&good), &Gate::default()).unwrap();
         assert!(better.regressions.is_empty() && better.moved.len() == 15);
     }
 
     #[test]
     fn missing_rows_are_a_regression_and_new_ones_are_counted() {
         let (old, new) = (section(&[("a", "ssss", &[])]), section(&[("a", "sss", &[]), ("b", "ss", &[])]));
-        let found = compare_baseline(&[old], &[new]).unwrap();
+        let found = compare_baseline(&[old], &[new], &Gate::default()).unwrap();
         assert_eq!((found.missing, found.added), (1, 2));
         assert_eq!(found.regressions, ["1 row of the baseline missing"]);
     }
@@ -172,17 +196,17 @@ mod tests {
         };
         let old = [point("0.2", 0, "ssss"), point("0.3", 1, "ffff")];
         let new = [point("0.3", 0, "ffff"), point("0.2", 1, "ssss")];
-        let found = compare_baseline(&old, &new).unwrap();
+        let found = compare_baseline(&old, &new, &Gate::default()).unwrap();
         assert_eq!((found.rows, found.moved.len(), found.missing, found.added), (8, 0, 0, 0));
 
         let mut other = section(&[("a", "fsss", &[])]);
         other.stacks[0].rows.values_mut().for_each(|row| row.world_digest = Some(crate::results::Digest(1)));
-        let found = compare_baseline(&[section(&[("a", "ssss", &[])])], &[other]).unwrap();
+        let found = compare_baseline(&[section(&[("a", "ssss", &[])])], &[other], &Gate::default()).unwrap();
         assert_eq!((found.rows, found.other_worlds), (4, 4));
         assert!(found.comparisons.iter().all(|comparison| comparison.n == 0), "other worlds are no pairs");
 
         let mut another = section(&[("a", "ssss", &[])]);
         another.scenario = "elsewhere".to_owned();
-        assert!(compare_baseline(&old, &[another]).unwrap_err().to_string().contains("`elsewhere`"));
+        assert!(compare_baseline(&old, &[another], &Gate::default()).unwrap_err().to_string().contains("`elsewhere`"));
     }
 }

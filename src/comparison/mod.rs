@@ -5,10 +5,12 @@
 //! become tables. Nothing is pooled: every file and every point of a sweep is a section of its own.
 
 mod baseline;
+mod gate;
 mod read;
 mod render;
 
 pub use baseline::{Baseline, OtherScenario, compare_baseline};
+pub use gate::{Gate, GateError, Margin};
 pub use read::{Section, StackRows, Table, TableError, read_table};
 pub use render::{Format, comparison_table, render, table};
 
@@ -45,6 +47,8 @@ pub struct Comparison {
     pub n: u64,
     /// Number of informative worlds among them: those in which exactly one stack succeeded, or the metric differs.
     pub informative: u64,
+    /// Mean of the reference on the worlds that the test uses; of success in per cent.
+    pub reference_mean: Option<f64>,
     /// Mean of stack − reference; of success in percentage points.
     pub difference: Option<f64>,
     /// Its 95 % bootstrap interval; `None` without pairs.
@@ -167,6 +171,8 @@ pub fn compare_pairs(reference: &StackRows, stack: &StackRows) -> Vec<Comparison
         test: "McNemar, exact",
         n: table.pairs(),
         informative: table.discordant(),
+        reference_mean: (table.pairs() > 0)
+            .then(|| 100.0 * (table.both + table.second_only) as f64 / table.pairs() as f64),
         difference: mean(&points),
         interval: bootstrap_interval(&points, Location::Mean, 0.95),
         p: mcnemar_exact(table),
@@ -191,6 +197,7 @@ pub fn compare_pairs(reference: &StackRows, stack: &StackRows) -> Vec<Comparison
             test: "Wilcoxon, signed rank",
             n: differences.len() as u64,
             informative: test.ranked as u64,
+            reference_mean: mean(&theirs),
             difference: mean(&differences),
             interval: bootstrap_interval(&differences, Location::Mean, 0.95),
             p: test.p,
@@ -218,6 +225,7 @@ fn compare_unpaired(reference: &StackRows, stack: &StackRows) -> Vec<Comparison>
         test: "Fisher, exact",
         n: a + b + c + d,
         informative: a + b + c + d,
+        reference_mean: rate(c, d),
         difference: rate(a, b).zip(rate(c, d)).map(|(ours, theirs)| ours - theirs),
         interval: None,
         p: fisher_exact([[a, b], [c, d]]),
@@ -238,6 +246,7 @@ fn compare_unpaired(reference: &StackRows, stack: &StackRows) -> Vec<Comparison>
             test: "rank sum",
             n,
             informative: n,
+            reference_mean: mean(&theirs),
             difference: mean(&ours).zip(mean(&theirs)).map(|(ours, theirs)| ours - theirs),
             p,
             effect: (first + second > 0.0).then(|| (first - second) / (first + second)),

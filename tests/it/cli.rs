@@ -68,6 +68,11 @@ fn an_unknown_stack_is_refused_with_the_nearest_one() {
 fn a_missed_requirement_exits_with_3() {
     let scratch = tempfile::tempdir().unwrap();
     simrun(scratch.path()).arg(scenario("06_u_trap")).args(["--require-success", "1"]).ends_with(3);
+    // One success of one is no proof of ninety per cent: the interval begins at 2.5 % (Clopper-Pearson).
+    let one = ["--require-success", "0.9", "--episodes", "1", "--quiet"];
+    simrun(scratch.path()).arg(scenario("01_empty")).args(one).ends_with(0);
+    let said = simrun(scratch.path()).arg(scenario("01_empty")).args(one).arg("--require-interval").ends_with(3).stderr;
+    assert!(said.contains("succeeds in 100.0 %, surely in"), "{said}");
 }
 
 #[test]
