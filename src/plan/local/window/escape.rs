@@ -7,8 +7,8 @@
 use super::lanes::{LANES, Lane};
 use super::rollout::{self, Block, Disc, FAR, Field, Part};
 use super::{DynamicWindow, Gaps, Recovery, patch, smaller, touching};
-use crate::geometry::convex::Polygon;
-use crate::geometry::{Pose, Twist, Vec2, direction};
+use crate::geometry::convex::{Polygon, turned};
+use crate::geometry::{Twist, Vec2, direction};
 use crate::math;
 use crate::plan::contract::Situation;
 use crate::robot::Robot;
@@ -99,10 +99,6 @@ fn turn_by(angle: f64) -> Vec2 {
     )
 }
 
-fn turned(v: Vec2, turn: Vec2) -> Vec2 {
-    Vec2::new(v.x * turn.x - v.y * turn.y, v.y * turn.x + v.x * turn.y)
-}
-
 impl DynamicWindow {
     /// The first twist of the best manoeuvre; `None` where no mover is near or every manoeuvre touches a static.
     ///
@@ -180,12 +176,11 @@ impl Block {
     /// A block that stands for manoeuvres of no more than this step and turn.
     fn still(step: Lane, angle: f64) -> Self {
         let zero = [0.0; LANES];
-        let turn = Pose::new(0.0, 0.0, angle);
-        let (cos, sin) = (direction(turn.theta).x as f32, direction(turn.theta).y as f32);
+        let turn = direction(angle);
         Self {
             step,
             heading: [zero; 2],
-            turn: [[cos; LANES], [sin; LANES]],
+            turn: [[turn.x as f32; LANES], [turn.y as f32; LANES]],
             lead: [zero; 2],
             used: [1.0; LANES],
             arrival: [FAR; LANES],

@@ -11,17 +11,16 @@
 //!   Autonomous Robots 32, 2012).
 //!
 //! A rollout is admissible if going on touches no mover, each at constant velocity; where nothing that leads anywhere is, also if
-//! stopping touches none. A mover whose way leads into a believed
-//! static cannot keep its velocity: from there on it is expected on three ways at once, straight on, mirrored and back.
-
-use crate::geometry::Vec2;
-use crate::map::Cell;
-use crate::math;
-use crate::observation::{Belief, SensedObstacle};
+//! stopping touches none. A mover whose way leads into a believed static cannot keep its velocity: from there on it is expected on
+//! three ways at once, straight on, mirrored and back.
 
 use super::lanes::{LANES, Lane, Width};
 use super::rollout::{self, Block, Bounds, Braking, Disc, FAR, Field, Part};
 use super::{Gaps, smaller};
+use crate::geometry::Vec2;
+use crate::map::Cell;
+use crate::math;
+use crate::observation::{Belief, SensedObstacle};
 
 /// A block of candidates among statics.
 #[derive(Clone, Copy, Debug)]
