@@ -3,7 +3,8 @@
 //! The schema decides which keys may be edited, not the file: a key that the file leaves at
 //! its default may be set as well. A list's item is named by its index, by the planner it holds, or
 //! by its own `name`; a planner written without parameters takes them (`dwa` becomes
-//! `dwa: {horizon_s: 2}`).
+//! `dwa: {horizon_s: 2}`). `*` stands for every item of a list that has the rest of the path:
+//! `stacks.*.local.dwa.horizon_s` is the horizon of every listed stack that drives with `dwa`.
 
 use super::error::ScenarioError;
 use super::key_path::KeyPath;
@@ -54,15 +55,14 @@ impl Edit {
         Self { origin: format!("{before}{path}{after}"), path_start: before.len(), path: path.to_owned(), value }
     }
 
-    /// Makes the edit and returns its place in the tree.
+    /// Makes the edit and returns its places in the tree: one, or with a `*` at least one.
     ///
     /// # Errors
     /// If the path leads to no key of the schema, or to no item of the tree's list.
-    pub(super) fn apply(&self, tree: &mut Value, schema: &serde_json::Value) -> Result<KeyPath, ScenarioError> {
+    pub(super) fn apply(&self, tree: &mut Value, schema: &serde_json::Value) -> Result<Vec<KeyPath>, ScenarioError> {
         let parts: Vec<&str> = self.path.split('.').collect();
-        let mut cursor = Cursor { edit: self, schema, done: KeyPath::default(), parts: &parts, used: 0 };
-        cursor.descend(tree, Place::top(schema))?;
-        Ok(cursor.done)
+        let cursor = Cursor { edit: self, schema, done: KeyPath::default(), parts: &parts, used: 0 };
+        cursor.descend(tree, Place::top(schema))
     }
 
     /// Shows an error at this edit; `part` is the number of the path's part at fault, `None` for the value.
@@ -83,6 +83,7 @@ impl Edit {
 }
 
 /// Position of an edit during its descent into the tree.
+#[derive(Clone)]
 struct Cursor<'a> {
     edit: &'a Edit,
     schema: &'a serde_json::Value,
@@ -95,10 +96,10 @@ struct Cursor<'a> {
 }
 
 impl Cursor<'_> {
-    fn descend(&mut self, node: &mut Value, place: Place<'_>) -> Result<(), ScenarioError> {
+    fn descend(mut self, node: &mut Value, place: Place<'_>) -> Result<Vec<KeyPath>, ScenarioError> {
         let Some(&part) = self.parts.get(self.used) else {
             *node = self.edit.value.clone();
-            return Ok(());
+            return Ok(vec![self.done]);
         };
         if let Value::Sequence(items) = node {
             return self.item(items, place, part);
@@ -121,10 +122,13 @@ impl Cursor<'_> {
         self.descend(map.entry(Value::from(part)).or_insert(Value::Null), inner)
     }
 
-    fn item(&mut self, items: &mut [Value], place: Place<'_>, part: &str) -> Result<(), ScenarioError> {
+    fn item(mut self, items: &mut [Value], place: Place<'_>, part: &str) -> Result<Vec<KeyPath>, ScenarioError> {
         let Some(inner) = place.items() else {
             return Err(self.refuse(explain::unknown_key(part, &self.done, self.schema)));
         };
+        if part == "*" {
+            return self.every_item(items, &inner);
+        }
         let count = items.len();
         let holds = |item: &Value| match item {
             Value::String(name) => name == part,
@@ -165,6 +169,27 @@ impl Cursor<'_> {
             self.used += 1;
         }
         self.descend(&mut items[index], inner)
+    }
+
+    /// The edit in every item that has the rest of the path; the others stay as they are.
+    fn every_item(self, items: &mut [Value], inner: &Place<'_>) -> Result<Vec<KeyPath>, ScenarioError> {
+        let (mut landed, mut first_error) = (Vec::new(), None);
+        for (index, item) in items.iter_mut().enumerate() {
+            let done = self.done.clone().item(index);
+            let mut edited = item.clone();
+            match (Self { done, used: self.used + 1, ..self.clone() }).descend(&mut edited, inner.clone()) {
+                Ok(places) => {
+                    *item = edited;
+                    landed.extend(places);
+                }
+                Err(error) => first_error = first_error.or(Some(error)),
+            }
+        }
+        if landed.is_empty() {
+            let is_empty = || self.refuse(ScenarioError::new(format!("`{}` is an empty list", self.done)));
+            return Err(first_error.unwrap_or_else(is_empty));
+        }
+        Ok(landed)
     }
 
     /// The error for a key that cannot be edited here.
@@ -270,6 +295,27 @@ stacks:
         let by_name = read(listed, &["stacks.slow.local.pure_pursuit.lookahead_m=0.7"]);
         assert_eq!(by_name, read(listed, &["stacks.0.local.pure_pursuit.lookahead_m=0.7"]));
         assert_eq!(by_name, read(&listed.replace("pure_pursuit}", "{pure_pursuit: {lookahead_m: 0.7}}}"), &[]));
+    }
+
+    #[test]
+    fn a_star_is_every_item_that_has_the_rest_of_the_path() {
+        let listed = |horizons: [&str; 2]| {
+            let [first, third] = horizons;
+            format!(
+                "map: {{empty: {{cols: 5, rows: 5}}}}\nstacks:\n- {{global: a_star, local: {first}}}\n\
+                 - {{global: a_star, local: pure_pursuit}}\n- {{global: dijkstra, local: {third}}}\n"
+            )
+        };
+        let plain = listed(["dwa", "{dwa: {d_cap_m: 1}}"]);
+        let both = listed(["{dwa: {horizon_s: 2}}", "{dwa: {d_cap_m: 1, horizon_s: 2}}"]);
+        assert_eq!(read(&plain, &["stacks.*.local.dwa.horizon_s=2"]), read(&both, &[]));
+        let refused = |set: &str| {
+            let edit = Edit::parse(set).unwrap();
+            ScenarioFile::from_text("b.yaml", plain.clone()).read(&[edit]).unwrap_err().to_string()
+        };
+        assert!(refused("stacks.*.local.imp_dwa.horizon_s=2").contains("has no key `imp_dwa`"));
+        assert!(refused("stacks.*.local.dwa.horzon_s=2").contains("did you mean `horizon_s`"));
+        assert!(refused("obstacles.moving.*.random.count=2").contains("no list `obstacles.moving`"));
     }
 
     #[test]

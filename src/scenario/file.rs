@@ -132,7 +132,7 @@ impl ScenarioFile {
         &self,
         edits: &[Edit],
         schema: &serde_json::Value,
-    ) -> Result<(serde_yaml::Value, Vec<KeyPath>), ScenarioError> {
+    ) -> Result<(serde_yaml::Value, Vec<Vec<KeyPath>>), ScenarioError> {
         let file = self.path.display().to_string();
         let mut tree: serde_yaml::Value =
             serde_yaml::from_str(&self.text).map_err(|error| explain::shape(&error, &file, &self.text))?;
@@ -167,8 +167,10 @@ impl ScenarioFile {
 }
 
 /// The last edit that landed on one of the error's keys (or above or below it), and which key that is.
-fn edit_of(error: &ScenarioError, landed: &[KeyPath]) -> Option<(usize, usize)> {
-    let key_of = |edit: &KeyPath| error.keys().position(|key| !key.is_top() && key.touches(edit));
+fn edit_of(error: &ScenarioError, landed: &[Vec<KeyPath>]) -> Option<(usize, usize)> {
+    let key_of = |edit: &[KeyPath]| {
+        error.keys().position(|key| !key.is_top() && edit.iter().any(|place| key.touches(place)))
+    };
     landed.iter().enumerate().rev().find_map(|(i, edit)| Some((i, key_of(edit)?)))
 }
 

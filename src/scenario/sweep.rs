@@ -351,7 +351,7 @@ impl<'a> PointReader<'a> {
         // Straight from the tree. Where that fails, the way through the text says why, or knows better.
         let mut tree = self.tree.clone();
         let schema = Scenario::schema();
-        let landed: Result<Vec<KeyPath>, _> = swept.iter().map(|edit| edit.apply(&mut tree, schema)).collect();
+        let landed: Result<Vec<Vec<KeyPath>>, _> = swept.iter().map(|edit| edit.apply(&mut tree, schema)).collect();
         let edits = || self.edits.iter().chain(&swept).cloned().collect::<Vec<Edit>>();
         let direct = serde_yaml::from_value(tree).ok().and_then(|mut point: Scenario| {
             point.name = self.scenario.name.clone();
@@ -380,8 +380,10 @@ impl<'a> PointReader<'a> {
             return Err(at(self.file.place(error.key(KeyPath::parse("sweep")), self.edits)));
         }
         let values = settings.iter().map(|setting| shown(&setting.value)).collect();
-        let by_key: Vec<Vec<bool>> = landed.iter().map(|key| point.stacks.touched_by(key)).collect();
-        let touched = (0..point.stacks().len()).map(|stack| by_key.iter().map(|key| key[stack]).collect()).collect();
+        let by_key: Vec<Vec<Vec<bool>>> =
+            landed.iter().map(|places| places.iter().map(|place| point.stacks.touched_by(place)).collect()).collect();
+        let touches = |stack: usize| by_key.iter().map(|places| places.iter().any(|place| place[stack])).collect();
+        let touched = (0..point.stacks().len()).map(touches).collect();
         Ok(SweepPoint { values, scenario: point, surroundings, touched })
     }
 
