@@ -388,6 +388,7 @@ impl Record {
     ) {
         let pose = world.pose();
         let has_path = stack.path_revision() > 0;
+        self.trace.closest = world.closest();
         self.trace.ticks.push(Tick {
             tick,
             pose,

@@ -93,7 +93,12 @@ pub fn turning_steps(ticks: &[Tick]) -> u32 {
 /// millimetre below the truth. Without a contact it is at least 0.
 pub fn clearance_min_m(trace: &Trace) -> Option<f64> {
     let low_m = trace.ticks.iter().map(|tick| tick.clearance_low_m).reduce(math::min)?;
-    Some(if trace.contact_s.is_some() { low_m } else { math::max(low_m, 0.0) })
+    Some(without_bound_below_zero(low_m, trace))
+}
+
+/// A lower bound of a clearance, m: where the drive had no contact, the truth is at least 0.
+pub(super) fn without_bound_below_zero(low_m: f64, trace: &Trace) -> f64 {
+    if trace.contact_s.is_some() { low_m } else { math::max(low_m, 0.0) }
 }
 
 /// `clearance_mean_m`: mean clearance at the ends of the ticks driven, m; more is better. Undefined without a tick.

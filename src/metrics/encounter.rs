@@ -1,5 +1,6 @@
 //! Metrics of meetings with movers and unknown statics: encounters, time to collision.
 
+use super::drive::without_bound_below_zero;
 use crate::geometry::{Pose, Twist, Vec2, direction};
 use crate::math;
 use crate::robot::Robot;
@@ -18,10 +19,26 @@ const STEP_MAX_S: f64 = 1.0;
 /// Steps after which two discs count as touching: only a gap of nothing keeps the steps that short.
 const STEPS_MAX: u32 = 1000;
 
-/// `encounters`: movers and unknown statics whose surface came within `encounter_m` of the footprint's edge
+/// How many obstacles a robot met, by kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Encounters {
+    /// Movers.
+    pub movers: u32,
+    /// Unknown statics.
+    pub unknown: u32,
+}
+
+impl Encounters {
+    /// `encounters`: both kinds together.
+    pub fn total(self) -> u32 {
+        self.movers + self.unknown
+    }
+}
+
+/// `encounters`, `encounters_movers`: movers and unknown statics whose surface came within `encounter_m` of the footprint's edge
 /// at the end of some tick or at the beginning, each counted once. Neither direction is better: it measures
 /// how much there was to avoid. On failure, up to the end.
-pub fn encounters(scene: &Scene, robot: &Robot, trace: &Trace, encounter_m: f64) -> u32 {
+pub fn encounters(scene: &Scene, robot: &Robot, trace: &Trace, encounter_m: f64) -> Encounters {
     let reach_m = robot.radius_m + encounter_m;
     let poses = || trace.ticks.iter().map(|tick| tick.pose);
     // The circles around both are the cheap test that most ticks fail.
@@ -42,7 +59,22 @@ pub fn encounters(scene: &Scene, robot: &Robot, trace: &Trace, encounter_m: f64)
                 && obstacle.gap_m(&robot.body(pose)) <= encounter_m
         })
     });
-    (movers.count() + statics.count()) as u32
+    Encounters { movers: movers.count() as u32, unknown: statics.count() as u32 }
+}
+
+/// `clearance_movers_min_m`: the smallest distance at any moment from the footprint's edge to a mover, m; more is better.
+/// Up to a millimetre below the truth, as [`clearance_min_m`](super::drive::clearance_min_m); undefined where no mover was there.
+pub fn clearance_movers_min_m(trace: &Trace) -> Option<f64> {
+    defined(trace.closest.movers_m, trace)
+}
+
+/// `clearance_unknown_min_m`: the same to an unknown static; undefined where there was none.
+pub fn clearance_unknown_min_m(trace: &Trace) -> Option<f64> {
+    defined(trace.closest.unknown_m, trace)
+}
+
+fn defined(low_m: f64, trace: &Trace) -> Option<f64> {
+    low_m.is_finite().then(|| without_bound_below_zero(low_m, trace))
 }
 
 /// `ttc_min_s`: the smallest time to collision with a mover over all ticks, s; more is better.
@@ -226,8 +258,8 @@ mod tests {
         let scene = scene_with(vec![cart(5.0, 0.0)], Vec::new());
         let state = MoverState { position: Vec2::new(5.0, 0.0), velocity: Vec2::zeros(), present: true };
         let trace = Trace { ticks: drive(STILL, &[]), movers: vec![state], mover_count: 1, ..Trace::default() };
-        assert_eq!(encounters(&scene, &robot, &trace, 4.29), 0);
-        assert_eq!(encounters(&scene, &robot, &trace, 4.31), 1);
+        assert_eq!(encounters(&scene, &robot, &trace, 4.29).total(), 0);
+        assert_eq!(encounters(&scene, &robot, &trace, 4.31).total(), 1);
     }
 
     #[test]
@@ -276,14 +308,15 @@ mod tests {
         let trace = Trace { ticks, movers: states, mover_count: 2, ..Trace::default() };
         assert!(near(ttc_min_s(&scene, &Robot::default(), &trace), 6.45));
         // Surfaces: A 2 − 0.55 = 1.45 m off at first; B 6.45 m at best.
-        assert_eq!(encounters(&scene, &Robot::default(), &trace, 1.44), 0);
-        assert_eq!(encounters(&scene, &Robot::default(), &trace, 1.46), 1);
-        assert_eq!(encounters(&scene, &Robot::default(), &trace, 6.46), 2);
+        assert_eq!(encounters(&scene, &Robot::default(), &trace, 1.44).total(), 0);
+        assert_eq!(encounters(&scene, &Robot::default(), &trace, 1.46).total(), 1);
+        assert_eq!(encounters(&scene, &Robot::default(), &trace, 6.46).total(), 2);
         // A pallet turned by 90°: 0.4 m half-side now towards the path's end (1, 0); its edge is at y = 2 − 0.4 = 1.6,
         // 1.35 m from the footprint. Unturned it would be 2 − 0.1 − 0.25 = 1.65 m.
         let shape = Shape::Rectangle { half_m: Vec2::new(0.4, 0.1) };
         scene.unknown_static = vec![UnknownStatic::new(Pose::new(1.0, 2.0, math::FRAC_PI_2), shape)];
-        assert_eq!(encounters(&scene, &Robot::default(), &trace, 1.34), 0);
-        assert_eq!(encounters(&scene, &Robot::default(), &trace, 1.36), 1);
+        assert_eq!(encounters(&scene, &Robot::default(), &trace, 1.34).total(), 0);
+        let met = encounters(&scene, &Robot::default(), &trace, 1.36);
+        assert_eq!((met.total(), met.movers, met.unknown), (1, 0, 1));
     }
 }

@@ -178,6 +178,7 @@ pub fn measure(episode: Episode<'_>, spec: &MetricsSpec) -> Metrics {
     let Some(last) = ticks.last() else {
         return of_plan;
     };
+    let met = encounter::encounters(scene, robot, trace, spec.encounter_m.get());
     let (time_s, length_m) = (trace.row_time_s(ticks.len() - 1, dt_s), drive::length_m(trace, dt_s));
     if let (true, Some(shortest_m)) = (success, shortest_m) {
         let reach_m = length_m + goal_tolerance_m + BOUND_SLACK_M;
@@ -197,7 +198,7 @@ pub fn measure(episode: Episode<'_>, spec: &MetricsSpec) -> Metrics {
         clearance_mean_m: real(drive::clearance_mean_m(ticks)),
         near_miss_s: real(Some(drive::near_miss_s(trace, spec.near_miss_m.get(), dt_s))),
         ttc_min_s: real(encounter::ttc_min_s(scene, robot, trace)),
-        encounters: Some(encounter::encounters(scene, robot, trace, spec.encounter_m.get())),
+        encounters: Some(met.total()),
         speed_mean_mps: real(drive::speed_mean_mps(length_m, time_s)),
         stopped_s: real(Some(drive::stopped_s(trace, dt_s))),
         curvature_max_1pm: real(drive::curvature_max_1pm(ticks)),
@@ -205,6 +206,9 @@ pub fn measure(episode: Episode<'_>, spec: &MetricsSpec) -> Metrics {
         path_deviation_mean_m: real(drive::path_deviation_mean_m(ticks)),
         turning_steps: Some(drive::turning_steps(ticks)),
         ticks: Some(last.tick),
+        clearance_movers_min_m: real(encounter::clearance_movers_min_m(trace)),
+        clearance_unknown_min_m: real(encounter::clearance_unknown_min_m(trace)),
+        encounters_movers: Some(met.movers),
         waiting_s: real(Some(states::kind_s(trace, StateKind::Waiting, dt_s))),
         retreating_s: real(Some(states::kind_s(trace, StateKind::Retreating, dt_s))),
         recovering_s: real(Some(states::kind_s(trace, StateKind::Recovering, dt_s))),

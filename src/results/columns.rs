@@ -185,9 +185,9 @@ table! {
     metric risky_nodes: "", lower, before, "vertices of the first planned path beside a segment with a clearance below half a cell", "Qin et al. 2026", "empty without a path";
     metric turning_steps: "", lower, after, "ticks with |Δθ| > 0.5°", "Zhu et al. 2025", "until the end";
     metric ticks: "", lower, after, "ticks driven", "", "until the end";
-    metric clearance_movers_min_m: "m", higher, after, "smallest distance at any moment from the footprint's edge to a mover; not measured yet", "", "until the end; empty without movers", since 2;
-    metric clearance_unknown_min_m: "m", higher, after, "the same to an unknown static, the edge of the map left out; not measured yet", "", "until the end; empty without unknown statics", since 2;
-    metric encounters_movers: "", none, after, "movers whose surface came within `metrics.encounter_m`; not measured yet", "", "until the end", since 2;
+    metric clearance_movers_min_m: "m", higher, after, "smallest distance at any moment from the footprint's edge to a mover, as `clearance_min_m`", "", "until the end; empty without movers", since 2;
+    metric clearance_unknown_min_m: "m", higher, after, "the same to an unknown static, known map and its edge left out", "", "until the end; empty without unknown statics", since 2;
+    metric encounters_movers: "", none, after, "movers whose surface came within `metrics.encounter_m`", "", "until the end", since 2;
     metric contacts: "", lower, after, "contacts, each from the first touch until the robot is free again; not measured yet", "", "until the end", since 2;
     metric contact_time_s: "s", lower, after, "time in contact; not measured yet", "", "until the end", since 2;
     metric contact_speed_mps: "m/s", lower, after, "largest speed of approach at a first touch; empty without contact; not measured yet", "", "until the end", since 2;

@@ -51,6 +51,22 @@ pub struct MoverState {
     pub present: bool,
 }
 
+/// The smallest clearances of an episode by what the robot came near to, m: lower bounds, up to a millimetre below the truth;
+/// infinity where there was nothing of the kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closest {
+    /// To a mover.
+    pub movers_m: f64,
+    /// To an unknown static.
+    pub unknown_m: f64,
+}
+
+impl Default for Closest {
+    fn default() -> Self {
+        Self { movers_m: f64::INFINITY, unknown_m: f64::INFINITY }
+    }
+}
+
 /// A path that came into force.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedPath {
@@ -77,6 +93,8 @@ pub struct Trace {
     pub note_names: &'static [&'static str],
     /// Those numbers, one [`Notes`] per row of `ticks`; empty if it publishes none.
     pub notes: Vec<Notes>,
+    /// How near the robot came to movers and to unknown statics.
+    pub closest: Closest,
     /// Every path that came into force, oldest first; the first is the plan at tick 0.
     pub paths: Vec<PlannedPath>,
     /// Nodes expanded by the global planner, all searches.

@@ -21,6 +21,7 @@ use crate::math;
 use crate::observation::{Belief, Scan, SensedObstacle};
 use crate::robot::Robot;
 use crate::settings::quantity::Fraction;
+use crate::trace::Closest;
 use contact::{Sample, bound, first_contact, lowest};
 use physics::Physics;
 use tick::Tick;
@@ -144,17 +145,28 @@ struct Gaps {
     before_m: PerBody<f64>,
     /// The lowest gap of the episode so far.
     lowest_m: f64,
+    /// The lowest gaps of the episode so far to movers and to unknown statics.
+    closest: Closest,
 }
 
 impl Gaps {
     fn new(bodies: Bodies) -> Self {
         let gaps_m = PerBody::new(bodies, 0.0);
-        Self { now_m: gaps_m.clone(), before_m: gaps_m, lowest_m: f64::INFINITY }
+        Self { now_m: gaps_m.clone(), before_m: gaps_m, lowest_m: f64::INFINITY, closest: Closest::default() }
     }
 
     /// Makes the gaps at the end of the last tick those at the beginning of this one.
     fn advance(&mut self) {
         core::mem::swap(&mut self.now_m, &mut self.before_m);
+    }
+}
+
+/// The number of `closest` that is about a body of this kind; the known map has none.
+fn closest_to(closest: &mut Closest, body: Body) -> Option<&mut f64> {
+    match body {
+        Body::Map => None,
+        Body::Unknown(_) => Some(&mut closest.unknown_m),
+        Body::Mover(_) => Some(&mut closest.movers_m),
     }
 }
 
@@ -205,6 +217,11 @@ impl<'s> World<'s> {
         };
         tick.measure(0.0, &mut world.gaps.now_m);
         world.gaps.lowest_m = smallest(&world.gaps.now_m);
+        for (body, &gap_m) in world.gaps.now_m.iter() {
+            if let Some(closest_m) = closest_to(&mut world.gaps.closest, body) {
+                *closest_m = math::min(*closest_m, gap_m);
+            }
+        }
         world
     }
 
@@ -262,6 +279,11 @@ impl<'s> World<'s> {
     /// Footprint edge to the nearest obstacle now, m, exact.
     pub fn clearance_m(&self) -> f64 {
         smallest(&self.gaps.now_m)
+    }
+
+    /// How near the robot has come to movers and to unknown statics in the episode so far.
+    pub fn closest(&self) -> Closest {
+        self.gaps.closest
     }
 
     /// Whether the robot touches something now: at the beginning of an episode, by the script's doing.
@@ -425,7 +447,7 @@ impl Gaps {
         (end_s, touched)
     }
 
-    /// A lower bound of the clearance from the beginning of the tick to `end_s`, m; also updates the lowest of the episode.
+    /// A lower bound of the clearance from the beginning of the tick to `end_s`, m; also updates the lowest ones of the episode.
     fn lowest(&mut self, tick: &Tick<'_>, end_s: f64) -> f64 {
         let mut low = smallest(&self.now_m);
         let mut seen = math::min(smallest(&self.before_m), low);
@@ -434,6 +456,11 @@ impl Gaps {
             let to = Sample { time_s: end_s, gap_m: now_m };
             let gap = |time_s| tick.gap_m(body, time_s);
             low = math::min(low, lowest(&gap, tick.rate(body), from, to, self.lowest_m, &mut seen));
+            if let Some(closest_m) = closest_to(&mut self.closest, body) {
+                let mut seen = math::min(before_m, now_m);
+                let low = lowest(&gap, tick.rate(body), from, to, *closest_m, &mut seen);
+                *closest_m = math::min(*closest_m, low);
+            }
         }
         self.lowest_m = math::min(self.lowest_m, low);
         low

@@ -288,6 +288,7 @@ fn the_verdict_equals_dense_sampling_of_plain_geometry() {
         }
         let mut world = World::new(&scene, &robot, &Conditions::default());
         let (mut episode_low, mut episode_truth) = (world.clearance_m(), world.clearance_m());
+        let mut nearest = oracle.gaps_m(scene.start.position, 0.0);
         for tick in 0..8 {
             // One in four stands or only turns.
             let v = if stream.uniform() < 0.25 { 0.0 } else { stream.range(-5.0, 5.0) };
@@ -302,8 +303,10 @@ fn the_verdict_equals_dense_sampling_of_plain_geometry() {
             let mut deepest = 0.0;
             for k in 0..=SAMPLES {
                 let t = DT_S * f64::from(k) / f64::from(SAMPLES);
-                let gap = smallest(&oracle.gaps_m(on_arc(before, command, t), began_s + t));
+                let gaps = oracle.gaps_m(on_arc(before, command, t), began_s + t);
+                let gap = smallest(&gaps);
                 if t <= end_s {
+                    nearest.iter_mut().zip(&gaps).for_each(|(nearest, &gap)| *nearest = math::min(*nearest, gap));
                     assert!(gap > -1e-3, "a contact {} deep was missed in episode {episode}", -gap);
                     truth = math::min(truth, gap);
                     deepest = math::min(deepest, gap);
@@ -311,6 +314,7 @@ fn the_verdict_equals_dense_sampling_of_plain_geometry() {
             }
             grazes += i32::from(step.contact.is_none() && deepest < 0.0);
             let gaps = oracle.gaps_m(on_arc(before, command, end_s), began_s + end_s);
+            nearest.iter_mut().zip(&gaps).for_each(|(nearest, &gap)| *nearest = math::min(*nearest, gap));
             assert!((smallest(&gaps) - step.clearance_m).abs() < 1e-9, "{gaps:?} {step:?}");
             truth = math::min(truth, step.clearance_m);
             assert!(step.clearance_low_m <= truth + 1e-9, "{step:?} claims more than {truth}");
@@ -329,6 +333,10 @@ fn the_verdict_equals_dense_sampling_of_plain_geometry() {
         }
         // Samples are up to 8 m/s · 0.25 ms = 2 mm of relative motion from the true minimum.
         assert!(episode_truth - episode_low < 1e-3 + 2e-3, "{episode_truth} against {episode_low}");
+        let Closest { movers_m, unknown_m } = world.closest();
+        for (low_m, truth_m) in [(unknown_m, nearest[1]), (movers_m, nearest[2])] {
+            assert!(low_m == truth_m || (low_m <= truth_m + 1e-9 && truth_m - low_m < 1e-3 + 2e-3), "{low_m} {truth_m}");
+        }
     }
     assert!(ticks > 4000 && contacts.iter().all(|&count| count > 50), "{ticks} ticks, {contacts:?}, {grazes} grazes");
 }
@@ -350,6 +358,8 @@ fn the_lowest_clearance_is_within_a_millimetre_of_a_closed_form() {
         }
         let truth = beside - 0.5 - robot.radius_m;
         assert!(low <= truth + 1e-12 && low > truth - 1.001e-3, "{low} {truth}");
+        let closest = world.closest();
+        assert!(closest.unknown_m <= truth + 1e-12 && closest.unknown_m > truth - 1.001e-3 && closest.movers_m.is_infinite());
     }
 }
 
