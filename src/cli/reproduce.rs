@@ -5,7 +5,8 @@ use super::scenarios::prepare;
 use super::{Failure, colour, print, say};
 use crate::comparison::{self, Section};
 use crate::experiment::{Experiment, Session};
-use crate::paper::{self, Evidence, Paper};
+use crate::paper::manifest::{Choice, Table};
+use crate::paper::{self, Evidence, Finding, Findings, Paper};
 use crate::results::EPISODES_CSV;
 use crate::scenario::ScenarioError;
 use crate::settings::quantity::counted;
@@ -16,6 +17,9 @@ pub(super) struct Args {
     /// Short name of the paper, such as gao2025.
     #[arg(value_name = "PAPER")]
     paper: String,
+    /// Run every table and every choice that the paper leaves open; without it the paper's own tables and counts.
+    #[arg(long)]
+    full: bool,
     /// At most this many episodes of each table: a short form.
     #[arg(long, value_name = "N")]
     episodes: Option<u32>,
@@ -40,15 +44,19 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     let paper = Paper::read(&args.papers, &args.paper).map_err(Failure::usage)?;
     let out = args.out.clone().unwrap_or_else(|| Path::new("results/reproduce").join(&paper.name));
     // All tables are checked before the first one runs.
-    let experiments = paper.manifest.tables.iter().map(|table| Ok((table, load(&paper, table, args.episodes)?)));
-    let experiments = experiments.collect::<Result<Vec<_>, Failure>>()?;
+    let runs = runs(&paper, args.full).into_iter().map(|run| {
+        let experiment = load(&paper, &run, args.episodes)?;
+        Ok((run, experiment))
+    });
+    let runs = runs.collect::<Result<Vec<_>, Failure>>()?;
 
     let mut evidence = Evidence::default();
-    for (table, experiment) in &experiments {
+    for (Run { table, choice, .. }, experiment) in &runs {
+        let name = paper::folder_of(table, *choice);
         if !args.quiet {
-            say(&format!("{}: {}", table.id, table.title));
+            say(&format!("{name}: {}", choice.map_or(&table.title, |choice| &choice.says).trim()));
         }
-        let folder = out.join(table.id.as_str());
+        let folder = out.join(&name);
         let session = Session::open(experiment, &folder, existing(args.force)).map_err(refused)?;
         complete(session, args.threads, None, args.quiet)?;
         let rows = comparison::read_table(&folder.join(EPISODES_CSV)).map_err(Failure::run)?;
@@ -56,25 +64,30 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         let copies = copies.iter().sum::<u64>();
         if copies > 0 {
             say(&format!(
-                "{}: {} left out: nothing in them is random, they are copies of others",
-                table.id,
+                "{name}: {} left out: nothing in them is random, they are copies of others",
                 counted(copies, "episode")
             ));
         }
-        evidence.add(table.id.as_str(), experiment, sections);
+        match choice {
+            None => evidence.add(table.id.as_str(), experiment, sections),
+            Some(choice) => {
+                evidence.under.insert((choice.id.to_string(), table.id.to_string()), sections);
+            }
+        }
     }
+    let findings = Findings::new(&paper, &evidence);
     let report = out.join("report.md");
     for (name, text) in [
-        ("report.md", paper::report(&paper, &evidence)),
+        ("report.md", paper::report(&paper, &evidence, &findings)),
         ("numbers.csv", paper::published_csv(&paper, &evidence)),
-        ("verdicts.csv", paper::verdicts_csv(&paper, &evidence)),
+        ("verdicts.csv", paper::verdicts_csv(&findings)),
     ] {
         let path = out.join(name);
         std::fs::write(&path, text)
             .map_err(|error| Failure::Run(format!("error: cannot write `{}`: {error}", path.display())))?;
     }
     if !args.quiet {
-        print(&summary(&paper, &evidence))?;
+        print(&summary(&findings))?;
         print(&format!("\n{}\n", report.display()))?;
     }
     let broken: usize = evidence.tables.values().map(|table| table.bounds.broken.len()).sum();
@@ -85,26 +98,58 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     }
 }
 
-fn load(paper: &Paper, table: &paper::manifest::Table, episodes: Option<u32>) -> Result<Experiment, Failure> {
+/// A table that is run, as it is or under a choice.
+struct Run<'a> {
+    table: &'a Table,
+    choice: Option<&'a Choice>,
+    /// The stacks that run; empty for all.
+    stacks: Vec<String>,
+}
+
+/// The tables as they are, then under each choice those that a claim looks at.
+fn runs(paper: &Paper, full: bool) -> Vec<Run<'_>> {
+    let tables = || paper.manifest.tables.iter().filter(|table| full || !table.full);
+    let mut runs: Vec<Run<'_>> =
+        tables().map(|table| Run { table, choice: None, stacks: table.stacks.clone() }).collect();
+    for choice in paper.manifest.ablate.choices.iter().filter(|_| full) {
+        for table in tables().filter(|table| choice.tables.iter().any(|id| *id == table.id.as_str())) {
+            match paper.stacks_used(table.id.as_str()) {
+                Some(stacks) if stacks.is_empty() => {}
+                Some(stacks) => runs.push(Run { table, choice: Some(choice), stacks }),
+                None => runs.push(Run { table, choice: Some(choice), stacks: table.stacks.clone() }),
+            }
+        }
+    }
+    runs
+}
+
+fn load(paper: &Paper, run: &Run<'_>, episodes: Option<u32>) -> Result<Experiment, Failure> {
     let refuse = |error: ScenarioError| Failure::Usage(error.render(colour()));
     let load = || {
-        let (file, edits) = paper.scenario(table, episodes).map_err(refuse)?;
-        let experiment = prepare(&file, &edits, &table.stacks)?;
-        paper.check_stacks(table.id.as_str(), &experiment.stack_names()).map_err(Failure::usage)?;
+        let (file, edits) = paper.scenario(run.table, run.choice, episodes).map_err(refuse)?;
+        let experiment = prepare(&file, &edits, &run.stacks)?;
+        if run.choice.is_none() {
+            paper.check_stacks(run.table.id.as_str(), &experiment.stack_names()).map_err(Failure::usage)?;
+        }
         Ok(experiment)
     };
     load().map_err(|failure| match failure {
-        Failure::Usage(message) => Failure::Usage(format!("table {}: {message}", table.id)),
+        Failure::Usage(message) => {
+            Failure::Usage(format!("table {}: {message}", paper::folder_of(run.table, run.choice)))
+        }
         other => other,
     })
 }
 
 /// The verdicts in short.
-fn summary(paper: &Paper, evidence: &Evidence) -> String {
-    let claims = paper.manifest.claims.iter();
-    let lines = claims.map(|claim| {
-        let verdict = paper::judge(&claim.test, evidence, &paper.published);
-        format!("{:<18} {:<17} {}\n", claim.id, verdict.ruling.words(), claim.says)
-    });
-    lines.collect()
+fn summary(findings: &Findings<'_>) -> String {
+    let line =
+        |finding: &Finding<'_>| format!("{:<18} {:<17} {}\n", finding.claim.id, finding.words(), finding.claim.says);
+    let claims: String = findings.claims.iter().map(line).collect();
+    let questions: String = findings.questions.iter().map(line).collect();
+    match (claims.is_empty(), questions.is_empty()) {
+        (_, true) => claims,
+        (true, false) => questions,
+        (false, false) => format!("Claims of the paper:\n{claims}\nQuestions of ours:\n{questions}"),
+    }
 }

@@ -3,7 +3,7 @@
 use crate::comparison::{Section, StackRows};
 use crate::experiment::{Experiment, in_order, threads_available};
 use crate::metrics::failure::{Cause, cause};
-use crate::plan::global::GlobalChoice;
+use crate::plan::global::{GlobalChoice, a_star};
 use crate::plan::stack::StackSpec;
 use crate::results::{Digest, Row};
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,6 +18,8 @@ const SLACK_M: f64 = 1e-9;
 pub struct Evidence {
     /// Results by id of the table.
     pub tables: BTreeMap<String, TableEvidence>,
+    /// Rows of tables under other choices, by the id of the choice and that of the table.
+    pub under: BTreeMap<(String, String), Vec<Section>>,
 }
 
 /// Results of one table.
@@ -56,6 +58,12 @@ pub struct Failures {
 }
 
 impl Evidence {
+    /// The rows of a table: under a choice if it changes the table, else as the table is.
+    pub fn sections(&self, choice: Option<&str>, table: &str) -> Option<&[Section]> {
+        let under = choice.and_then(|choice| self.under.get(&(choice.to_owned(), table.to_owned())));
+        Some(under.map_or_else(|| self.tables.get(table).map(|found| &found.sections), Some)?)
+    }
+
     /// The rows of a table without a sweep.
     pub fn section(&self, table: &str) -> Option<&Section> {
         self.tables.get(table)?.sections.first()
@@ -126,10 +134,17 @@ fn check(experiment: &Experiment, sections: &[Section]) -> Bounds {
 }
 
 /// Whether the planned paths of a stack are shortest ones on the same grid: an exact search with its defaults (another corner rule is
-/// another graph, another heuristic may be inadmissible), its path as it is.
+/// another graph) or with another consistent heuristic, its path as it is.
 fn is_exact(spec: &StackSpec) -> bool {
     let Some(global) = &spec.global else { return false };
-    spec.path.is_empty() && global.entry().exact && GlobalChoice::by_name(global.name()).as_ref() == Ok(global)
+    let has_defaults = match global {
+        GlobalChoice::a_star(params) => {
+            let plain = a_star::Params { heuristic: params.heuristic, ..a_star::Params::default() };
+            params.heuristic.is_consistent() && *params == plain
+        }
+        other => GlobalChoice::by_name(other.name()).as_ref() == Ok(other),
+    };
+    spec.path.is_empty() && global.entry().exact && has_defaults
 }
 
 /// The checks of one world; `exact` are the stacks whose planned paths must be equally long.

@@ -5,19 +5,22 @@
 
 mod check;
 mod evidence;
-mod judge;
+mod findings;
 pub mod manifest;
 mod published;
 mod report;
+pub mod test;
 
 pub use evidence::{Bounds, Evidence, Failures, TableEvidence};
-pub use judge::{Ruling, Verdict, judge};
+pub use findings::{Finding, Findings};
 pub use manifest::Manifest;
 pub use published::{Measured, Published, Quantity, measured};
 pub use report::{published_csv, report, verdicts_csv};
+pub use test::{Ruling, Verdict};
 
 use crate::scenario::{Edit, ScenarioError, ScenarioFile, read_document};
 use crate::settings::choice::NameError;
+use crate::settings::quantity::Count;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -83,25 +86,33 @@ impl Paper {
         Ok(paper)
     }
 
-    /// The scenario of a table with the edits of the table; `episodes` is the largest number of episodes that it may have.
+    /// The scenario of a table with the edits of the table, and those of a choice that changes it; `episodes` is the largest number
+    /// of episodes that it may have.
     ///
     /// # Errors
     /// If the scenario or an edit is refused.
     pub fn scenario(
         &self,
         table: &manifest::Table,
+        choice: Option<&manifest::Choice>,
         episodes: Option<u32>,
     ) -> Result<(ScenarioFile, Vec<Edit>), ScenarioError> {
         let file = ScenarioFile::open(self.folder.join(&table.scenario))?;
-        let name = format!("name={}", table.id);
-        let set = table.set.iter().chain([&name]).map(|text| Edit::parse(text));
-        let mut edits = set.collect::<Result<Vec<Edit>, _>>()?;
-        if let Some(most) = episodes {
+        let name = format!("name={}", folder_of(table, choice));
+        let set = table.set.iter().chain(choice.iter().flat_map(|choice| &choice.set)).chain([&name]);
+        let mut edits = set.map(|text| Edit::parse(text)).collect::<Result<Vec<Edit>, _>>()?;
+        let most_under_choice = choice.and(self.manifest.ablate.episodes).map(Count::get);
+        if let Some(most) = episodes.into_iter().chain(most_under_choice).min() {
             let planned = file.read(&edits)?.episodes.get();
             edits.push(Edit::parse(&format!("episodes={}", planned.min(most)))?);
         }
         Ok((file, edits))
     }
+}
+
+/// The name of the folder of a table's results: the table's, and the choice's where it is not as it is.
+pub fn folder_of(table: &manifest::Table, choice: Option<&manifest::Choice>) -> String {
+    choice.map_or_else(|| table.id.to_string(), |choice| format!("{}+{}", table.id, choice.id))
 }
 
 fn known_papers(folder: &Path) -> Vec<String> {

@@ -1,17 +1,18 @@
 //! The report on a paper, in words for a reader who does not know it.
 
 use super::evidence::{Evidence, TableEvidence};
-use super::judge::{Ruling, Verdict, judge};
-use super::published::{Measured, Published, Quantity, mean_of, measured};
+use super::findings::{Finding, Findings};
+use super::published::{Measured, Published, Quantity, SUCCESS, mean_of, measured, values};
+use super::test::{Data, Ruling, Test};
 use super::{Paper, manifest};
+use crate::analysis::one_way_random;
 use crate::comparison::{Comparison, Format, Pairing, Section, StackRows, analyse, compare_pairs, table};
+use crate::settings::quantity::counted;
 use std::fmt::Write as _;
 
 /// The whole report in Markdown.
-pub fn report(paper: &Paper, evidence: &Evidence) -> String {
+pub fn report(paper: &Paper, evidence: &Evidence, findings: &Findings<'_>) -> String {
     let manifest = &paper.manifest;
-    let verdicts: Vec<Verdict> =
-        manifest.claims.iter().map(|claim| judge(&claim.test, evidence, &paper.published)).collect();
     let mut text = format!("# {}\n\n{}\n\n", manifest.title, manifest.citation);
     let _ = write!(
         text,
@@ -20,7 +21,8 @@ pub fn report(paper: &Paper, evidence: &Evidence) -> String {
         manifest.method.trim()
     );
     text += &ran(paper, evidence);
-    text += &rulings(manifest, &verdicts);
+    text += &rulings(findings);
+    text += &choices(paper, evidence);
     for (spec, found) in manifest.tables.iter().filter_map(|spec| Some((spec, evidence.tables.get(spec.id.as_str())?)))
     {
         text += &of_table(spec, found, &paper.published);
@@ -54,33 +56,160 @@ fn ran(paper: &Paper, evidence: &Evidence) -> String {
     )
 }
 
-fn rulings(manifest: &manifest::Manifest, verdicts: &[Verdict]) -> String {
-    let mut text = "## The claims\n\n".to_owned();
-    let count = |ruling: Ruling| verdicts.iter().filter(|verdict| verdict.ruling == ruling).count();
-    let all = [Ruling::Holds, Ruling::Fails, Ruling::Undecided, Ruling::Untestable];
-    let counts: Vec<String> = all.iter().map(|&ruling| format!("{} {}", count(ruling), ruling.words())).collect();
+/// The claims of the paper, then the questions of ours.
+fn rulings(findings: &Findings<'_>) -> String {
+    let tested = findings.claims.iter().filter(|finding| finding.p_holm.is_some()).count();
+    let mut text = "## The claims of the paper\n\n".to_owned();
     let _ = writeln!(
         text,
-        "{} claims: {}. *Undecided* means that the data fit both the claim and its opposite.\n",
-        verdicts.len(),
-        counts.join(", ")
+        "{} *Undecided* means that the data fit both the claim and its opposite; *depends* that it holds under one of the choices which \
+         the paper leaves open and does not hold under another. The {tested} claims with a statistical test are one family: their \
+         p-values are corrected by Holm, and the error rate of 5 % is that of all of them together.\n",
+        counts(&findings.claims, "claim")
     );
-    let mut rows = vec![["", "claim", "verdict", "because"].map(str::to_owned).to_vec()];
-    for (claim, verdict) in manifest.claims.iter().zip(verdicts) {
-        let says =
-            [&claim.says, &claim.doubt].into_iter().filter(|part| !part.is_empty()).map(|part| part.trim().to_owned());
-        let because = [&verdict.why, &claim.remark]
-            .into_iter()
-            .filter(|part| !part.is_empty())
-            .map(|part| part.trim().to_owned());
-        rows.push(vec![
+    text += &ruling_table(&findings.claims);
+    if !findings.questions.is_empty() {
+        let _ = writeln!(
+            text,
+            "\n## Questions of ours\n\n{} The paper does not claim these; each is tested by itself, without a correction.\n",
+            counts(&findings.questions, "question")
+        );
+        text += &ruling_table(&findings.questions);
+    }
+    text + "\n"
+}
+
+fn counts(findings: &[Finding<'_>], what: &str) -> String {
+    let count = |ruling: Ruling| findings.iter().filter(|finding| finding.ruling() == ruling).count();
+    let counts = Ruling::ALL.into_iter().filter(|&ruling| count(ruling) > 0);
+    let counts: Vec<String> = counts.map(|ruling| format!("{} {}", count(ruling), ruling.words())).collect();
+    format!("{}: {}.", counted(findings.len() as u64, what), counts.join(", "))
+}
+
+fn ruling_table(findings: &[Finding<'_>]) -> String {
+    // A sentence that ends with its own mark needs no other.
+    let joined = |parts: [&str; 2], before: &str| {
+        let [first, second] = parts.map(str::trim);
+        let end = if first.is_empty() || first.ends_with('?') { "" } else { "." };
+        cell(&if second.is_empty() { first.to_owned() } else { format!("{first}{end} {before}{second}") })
+    };
+    let is_corrected = findings.iter().any(|finding| finding.p_holm.is_some());
+    let has_choices = findings.iter().any(|finding| !finding.under.is_empty());
+    let mut head = vec!["", "claim", "verdict", "because"];
+    if is_corrected {
+        head.push("p, Holm");
+    }
+    if has_choices {
+        head.extend(["kindest reading", "other choices that decide otherwise"]);
+    }
+    let mut rows = vec![head.into_iter().map(str::to_owned).collect::<Vec<_>>()];
+    for finding in findings {
+        let Finding { claim, verdict, p_holm, under } = finding;
+        let mut row = vec![
             claim.id.clone(),
-            cell(&says.collect::<Vec<_>>().join(". *Doubt:* ")),
-            format!("**{}**", verdict.ruling.words()),
-            cell(&because.collect::<Vec<_>>().join(". ")),
+            joined([&claim.says, &claim.doubt], "*Doubt:* "),
+            format!("**{}**", finding.ruling().words()),
+            joined([&verdict.why, &claim.remark], ""),
+        ];
+        if is_corrected {
+            row.push(p_holm.map_or_else(|| "-".to_owned(), p_value));
+        }
+        if has_choices {
+            let kindest = under.iter().find(|(choice, _)| choice.kindest);
+            row.push(kindest.map_or("-", |(_, ruling)| ruling.words()).to_owned());
+            let others = finding.turned_by().filter(|(choice, _)| !choice.kindest);
+            let others: Vec<String> =
+                others.map(|(choice, ruling)| format!("`{}`: {}", choice.id, ruling.words())).collect();
+            row.push(match (others.is_empty(), under.len()) {
+                (_, 0) => "-".to_owned(),
+                (true, count) => format!("none of {count}"),
+                (false, _) => others.join("; "),
+            });
+        }
+        rows.push(row);
+    }
+    table(&rows, rows[0].len(), Format::Markdown)
+}
+
+fn p_value(p: f64) -> String {
+    if p < 0.0005 { "<0.001".to_owned() } else { format!("{p:.3}") }
+}
+
+/// The choices that the paper leaves open, and what each does to the stacks whose published rate is asked for.
+fn choices(paper: &Paper, evidence: &Evidence) -> String {
+    let manifest = &paper.manifest;
+    let ran = |choice: &&manifest::Choice| evidence.under.keys().any(|(id, _)| id == choice.id.as_str());
+    let choices: Vec<&manifest::Choice> = manifest.ablate.choices.iter().filter(ran).collect();
+    if choices.is_empty() {
+        return String::new();
+    }
+    let mut text = "## What the paper leaves open\n\nEach choice is taken another way in turn, on the same seeds; every claim above is judged \
+                    again under it.\n\n"
+        .to_owned();
+    let mut rows = vec![["choice", "about", "taken this way", "settings", "tables"].map(str::to_owned).to_vec()];
+    for choice in &choices {
+        let about = match choice.of {
+            manifest::Subject::Planner => "the planner",
+            manifest::Subject::World => "the world",
+            manifest::Subject::Both => "both",
+        };
+        let kindest = if choice.kindest { " (the kindest reading)" } else { "" };
+        rows.push(vec![
+            format!("`{}`{kindest}", choice.id),
+            about.to_owned(),
+            cell(choice.says.trim()),
+            cell(&format!("`{}`", choice.set.join("`, `"))),
+            choice.tables.join(", "),
         ]);
     }
-    text + &table(&rows, 4, Format::Markdown) + "\n"
+    text += &table(&rows, 5, Format::Markdown);
+
+    let head = ["stack", "table", "choice", "n", "success % [95 %]", "length m", "time s", "speed m/s", "movers met"];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    for claim in manifest.statements() {
+        let Test::reach(reach) = &claim.test else { continue };
+        let place = &reach.of;
+        for choice in std::iter::once(None).chain(choices.iter().map(|choice| Some(choice.id.as_str()))) {
+            let tables = [Some(&place.table), reach.larger.as_ref()];
+            let changes = |id: &str| {
+                tables.into_iter().flatten().any(|table| evidence.under.contains_key(&(id.to_owned(), table.clone())))
+            };
+            if choice.is_some_and(|id| !changes(id)) {
+                continue;
+            }
+            let Ok(stack) = reach.rows(&Data { evidence, published: &paper.published, choice }) else { continue };
+            let of = |metric: &str| {
+                mean_of(stack, metric).map_or_else(|| "-".to_owned(), |mean| format!("{:.2}", mean.value))
+            };
+            rows.push(vec![
+                place.stack.clone(),
+                format!("`{}`", place.table),
+                choice.map_or_else(|| "as it is".to_owned(), |id| format!("`{id}`")),
+                stack.rows.len().to_string(),
+                success(stack),
+                of("length_m"),
+                of("time_s"),
+                of("speed_mean_mps"),
+                all_mean(stack, |row| row.metrics.encounters_movers.map(f64::from)),
+            ]);
+        }
+    }
+    if rows.len() > 1 {
+        text += "\nThe stacks whose published rate is asked for, under each choice:\n\n";
+        text += &table(&rows, 3, Format::Markdown);
+    }
+    text + "\n"
+}
+
+/// The success rate with its interval.
+fn success(stack: &StackRows) -> String {
+    mean_of(stack, "success").map_or_else(
+        || "-".to_owned(),
+        |mean| {
+            let (low, high) = mean.interval.unwrap_or((mean.value, mean.value));
+            format!("{:.1} [{low:.1}, {high:.1}]", mean.value)
+        },
+    )
 }
 
 /// A text as the cell of a Markdown table.
@@ -97,7 +226,39 @@ fn of_table(spec: &manifest::Table, found: &TableEvidence, published: &[Publishe
         }
         text += &stacks(spec.id.as_str(), section, published);
     }
-    text
+    text + &between_maps(&found.sections)
+}
+
+/// What a mean over maps is worth where a sweep drives many worlds on each of several maps: nothing unless the keys are the map's alone.
+fn between_maps(sections: &[Section]) -> String {
+    let is_of_map = |section: &Section| section.swept.iter().all(|(key, _)| key.starts_with("map."));
+    let Some(first) = sections.first().filter(|_| sections.len() > 1 && sections.iter().all(is_of_map)) else {
+        return String::new();
+    };
+    let head =
+        ["stack", "metric", "maps", "mean [95 %, maps at random]", "sd between maps", "sd within a map", "intraclass"];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    for (stack, metric) in first.stacks.iter().flat_map(|stack| [(stack, SUCCESS), (stack, "time_s")]) {
+        let same =
+            |section: &Section| section.stacks.iter().find(|other| other.name == stack.name).map(|s| values(s, metric));
+        let groups: Vec<Vec<f64>> = sections.iter().filter_map(same).filter(|group| !group.is_empty()).collect();
+        let Some(found) = one_way_random(&groups) else { continue };
+        let (low, high) = found.interval;
+        rows.push(vec![
+            stack.name.clone(),
+            metric.to_owned(),
+            groups.len().to_string(),
+            format!("{:.2} [{low:.2}, {high:.2}]", found.mean),
+            format!("{:.2}", found.between.sqrt()),
+            format!("{:.2}", found.within.sqrt()),
+            found.intraclass.map_or_else(|| "-".to_owned(), |share| format!("{share:.3}")),
+        ]);
+    }
+    format!(
+        "Maps as a random effect: an interval for maps that were not driven, and how much of the spread lies between maps (`success` in \
+         percentage points).\n\n{}\n",
+        table(&rows, 2, Format::Markdown)
+    )
 }
 
 /// One row per stack: our number, then the published one.
@@ -119,8 +280,11 @@ fn stacks(id: &str, section: &Section, published: &[Published]) -> String {
         "planned m",
         "expanded",
         "clearance min m",
-        "encounters",
-        "success of those that met something %",
+        "to movers m",
+        "to unknown m",
+        "movers met",
+        "unknown met",
+        "success of those that met a mover %",
         "replans",
     ];
     let mut rows = vec![head.map(str::to_owned).to_vec()];
@@ -130,25 +294,21 @@ fn stacks(id: &str, section: &Section, published: &[Published]) -> String {
                 mean_of(stack, metric).map_or_else(|| "-".to_owned(), |mean| format!("{:.decimals$}", mean.value));
             ours + &printed(&stack.name, metric)
         };
-        let success = mean_of(stack, "success").map_or_else(
-            || "-".to_owned(),
-            |mean| {
-                let (low, high) = mean.interval.unwrap_or((mean.value, mean.value));
-                format!("{:.1} [{low:.1}, {high:.1}]", mean.value)
-            },
-        );
         rows.push(vec![
             stack.name.clone(),
             stack.rows.len().to_string(),
-            success + &printed(&stack.name, "success"),
+            success(stack) + &printed(&stack.name, "success"),
             letters.get(index).cloned().unwrap_or_default(),
             of("length_m", 2),
             of("time_s", 2),
             of("planned_length_m", 2),
             of("expanded", 0),
             of("clearance_min_m", 2),
-            all_mean(stack, |row| row.metrics.encounters.map(f64::from)),
-            given_an_encounter(stack),
+            of("clearance_movers_min_m", 2),
+            of("clearance_unknown_min_m", 2),
+            all_mean(stack, |row| row.metrics.encounters_movers.map(f64::from)),
+            all_mean(stack, |row| Some(f64::from(row.metrics.encounters? - row.metrics.encounters_movers?))),
+            given_a_mover(stack),
             all_mean(stack, |row| row.metrics.replans.map(f64::from)),
         ]);
     }
@@ -196,8 +356,7 @@ fn changes(manifest: &manifest::Manifest, evidence: &Evidence) -> String {
                 let Some(test) = test else { return ["0", "-", "-"].map(str::to_owned) };
                 let (low, high) = test.interval.unwrap_or_default();
                 let difference = format!("{:+.1} [{low:+.1}, {high:+.1}]", test.difference.unwrap_or_default());
-                let p = if test.p < 0.0005 { "<0.001".to_owned() } else { format!("{:.3}", test.p) };
-                [test.n.to_string(), difference, p]
+                [test.n.to_string(), difference, p_value(test.p)]
             };
             let mut row = [&changed.id, &base.id].map(|id| format!("`{id}`")).to_vec();
             row.extend([cell(&added.join(", ")), stack.name.clone()]);
@@ -223,8 +382,8 @@ fn all_mean(stack: &StackRows, get: fn(&crate::results::Row) -> Option<f64>) -> 
     if values.is_empty() { "-".to_owned() } else { format!("{:.2}", values.iter().sum::<f64>() / values.len() as f64) }
 }
 
-fn given_an_encounter(stack: &StackRows) -> String {
-    let met = || stack.rows.values().filter(|row| row.metrics.encounters.is_some_and(|count| count > 0));
+fn given_a_mover(stack: &StackRows) -> String {
+    let met = || stack.rows.values().filter(|row| row.metrics.encounters_movers.is_some_and(|count| count > 0));
     let (n, k) = (met().count(), met().filter(|row| row.outcome.is_success()).count());
     if n == 0 { "-".to_owned() } else { format!("{:.1} ({k}/{n})", 100.0 * k as f64 / n as f64) }
 }
@@ -339,12 +498,30 @@ pub fn published_csv(paper: &Paper, evidence: &Evidence) -> String {
 }
 
 /// The verdicts as CSV.
-pub fn verdicts_csv(paper: &Paper, evidence: &Evidence) -> String {
+pub fn verdicts_csv(findings: &Findings<'_>) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let _ = writer.write_record(["id", "claim", "verdict", "because"]);
-    for claim in &paper.manifest.claims {
-        let verdict = judge(&claim.test, evidence, &paper.published);
-        let _ = writer.write_record([&claim.id, &claim.says, verdict.ruling.words(), &verdict.why]);
-    }
+    let head = ["id", "asked_by", "claim", "verdict", "ours", "because", "p", "p_holm", "kindest", "depends_on"];
+    let _ = writer.write_record(head);
+    let mut of = |asked_by: &str, findings: &[Finding<'_>]| {
+        for finding in findings {
+            let real = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
+            let kindest = finding.under.iter().find(|(choice, _)| choice.kindest);
+            let turned: Vec<&str> = finding.turned_by().map(|(choice, _)| choice.id.as_str()).collect();
+            let _ = writer.write_record([
+                finding.claim.id.as_str(),
+                asked_by,
+                finding.claim.says.as_str(),
+                finding.ruling().words(),
+                finding.verdict.ruling.words(),
+                finding.verdict.why.as_str(),
+                real(finding.verdict.p).as_str(),
+                real(finding.p_holm).as_str(),
+                kindest.map_or("", |(_, ruling)| ruling.words()),
+                turned.join(" ").as_str(),
+            ]);
+        }
+    };
+    of("paper", &findings.claims);
+    of("simrun", &findings.questions);
     String::from_utf8_lossy(&writer.into_inner().unwrap_or_default()).into_owned()
 }

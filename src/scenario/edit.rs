@@ -3,8 +3,9 @@
 //! The schema decides which keys may be edited, not the file: a key that the file leaves at
 //! its default may be set as well. A list's item is named by its index, by the planner it holds, or
 //! by its own `name`; a planner written without parameters takes them (`dwa` becomes
-//! `dwa: {horizon_s: 2}`). `*` stands for every item of a list that has the rest of the path:
-//! `stacks.*.local.dwa.horizon_s` is the horizon of every listed stack that drives with `dwa`.
+//! `dwa: {horizon_s: 2}`). `*` stands for every item of a list, or whichever planner is there, that has the rest of the
+//! path: `stacks.*.local.dwa.horizon_s` is the horizon of every listed stack that drives with `dwa`,
+//! `stacks.*.local.*.horizon_s` that of every one whose local planner has a horizon.
 
 use super::error::ScenarioError;
 use super::key_path::KeyPath;
@@ -104,6 +105,12 @@ impl Cursor<'_> {
         if let Value::Sequence(items) = node {
             return self.item(items, place, part);
         }
+        let written = match node {
+            Value::String(name) => Some(name.clone()),
+            Value::Mapping(map) if map.len() == 1 => map.keys().next().and_then(Value::as_str).map(str::to_owned),
+            _ => None,
+        };
+        let part = written.as_deref().filter(|name| part == "*" && place.is_choice(name)).unwrap_or(part);
         let Some(inner) = place.key(part) else { return Err(self.refuse_key(node, &place, part)) };
         if node.as_str() == Some(part) || node.is_null() {
             *node = Value::Mapping(Mapping::new());
@@ -309,6 +316,8 @@ stacks:
         let plain = listed(["dwa", "{dwa: {d_cap_m: 1}}"]);
         let both = listed(["{dwa: {horizon_s: 2}}", "{dwa: {d_cap_m: 1, horizon_s: 2}}"]);
         assert_eq!(read(&plain, &["stacks.*.local.dwa.horizon_s=2"]), read(&both, &[]));
+        let every = listed(["{dwa: {horizon_s: 2}}", "{dwa: {d_cap_m: 1, horizon_s: 2}}"]);
+        assert_eq!(read(&plain, &["stacks.*.local.*.horizon_s=2"]), read(&every, &[]));
         let refused = |set: &str| {
             let edit = Edit::parse(set).unwrap();
             ScenarioFile::from_text("b.yaml", plain.clone()).read(&[edit]).unwrap_err().to_string()

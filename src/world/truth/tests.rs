@@ -335,7 +335,10 @@ fn the_verdict_equals_dense_sampling_of_plain_geometry() {
         assert!(episode_truth - episode_low < 1e-3 + 2e-3, "{episode_truth} against {episode_low}");
         let Closest { movers_m, unknown_m } = world.closest();
         for (low_m, truth_m) in [(unknown_m, nearest[1]), (movers_m, nearest[2])] {
-            assert!(low_m == truth_m || (low_m <= truth_m + 1e-9 && truth_m - low_m < 1e-3 + 2e-3), "{low_m} {truth_m}");
+            assert!(
+                low_m == truth_m || (low_m <= truth_m + 1e-9 && truth_m - low_m < 1e-3 + 2e-3),
+                "{low_m} {truth_m}"
+            );
         }
     }
     assert!(ticks > 4000 && contacts.iter().all(|&count| count > 50), "{ticks} ticks, {contacts:?}, {grazes} grazes");
@@ -359,7 +362,11 @@ fn the_lowest_clearance_is_within_a_millimetre_of_a_closed_form() {
         let truth = beside - 0.5 - robot.radius_m;
         assert!(low <= truth + 1e-12 && low > truth - 1.001e-3, "{low} {truth}");
         let closest = world.closest();
-        assert!(closest.unknown_m <= truth + 1e-12 && closest.unknown_m > truth - 1.001e-3 && closest.movers_m.is_infinite());
+        assert!(
+            closest.unknown_m <= truth + 1e-12
+                && closest.unknown_m > truth - 1.001e-3
+                && closest.movers_m.is_infinite()
+        );
     }
 }
 

@@ -204,7 +204,7 @@ pub enum Heuristic {
 
 impl Heuristic {
     /// Whether no step lowers g + h, so that a node is expanded at its smallest cost.
-    pub(in super::super) fn is_consistent(self) -> bool {
+    pub fn is_consistent(self) -> bool {
         self != Self::Manhattan
     }
 
