@@ -1,239 +1,166 @@
-"""Local planners DWA and ImpDWA of gao2025, written from the paper.
+"""Decides the problems of tests/data/decisions.csv anew, from the paper, and says where and why simrun decides otherwise.
 
-Gao, Zhang, Liu, Ou, Cheng, Zhu, AIMS Press, 2025, section 2.3 (eq. 19 to 27). Where the paper leaves something open, this
-program follows docs/papers/systems.md (the ids G-A..). It shares no code with simrun. The standard library is enough.
+    python3 tests/oracles/gao2025_dwa.py
+
+Writes tests/data/decisions_second.csv and prints the tables of tests/oracles/README.md. Takes some minutes; the standard library is enough.
 """
 
+import csv
 import math
-from dataclasses import dataclass, field
+from collections import Counter
+from multiprocessing import Pool
+from pathlib import Path
 
-# Printed in section 2.1 of the paper.
-ROBOT_RADIUS_M = 0.15
-SPEED_MAX_MPS = 1.0
-YAW_RATE_MAX_RADPS = 0.6
-ACCELERATION_MPS2 = 0.2  # a_i = a_d, G-A17
-YAW_ACCELERATION_RADPS2 = 0.3  # a_m = a_n, G-A17
-TICK_S = 0.1
+import gao2025_bound as simrun
+import gao2025_paper as paper
 
-# Not in the paper: systems.md, G-A18 and section 10; the clip is the one of scenarios/papers/gao2025_*.yaml.
-SPEED_MIN_MPS = 0.0
-SPEED_STEP_MPS = 0.01
-YAW_RATE_STEP_RADPS = 0.01
-STEPS = 30  # horizon of 3 s
-CAP_M = 0.5
-
-# Section 4, by name: G-A11.
-HEADING_WEIGHT = 0.05
-DISTANCE_WEIGHT = 0.2
-VELOCITY_WEIGHT = 0.1
-GOAL_WEIGHT = 0.2
-
-GOAL_DISTANCE_MIN_M = 0.1  # G-A15
-SEGMENT_MIN_M = 1.0  # G-A13
+DATA = Path(__file__).resolve().parent.parent / "data"
+COLUMNS = ["v", "omega", "score_best", "score_simrun", "score_mean", "bound_v", "bound_omega", "reason"]
 
 
-@dataclass
-class Problem:
-    """What the planner knows at one tick: metres, radians, seconds."""
+def problem_of(row):
+    """The problem of a row."""
 
-    planner: str  # dwa | imp_dwa
-    va_distance: str  # arc | clearance
-    pose: tuple  # x, y, theta
-    twist: tuple  # v, omega
-    target: tuple  # x, y
-    previous: tuple  # x, y of the key node before the target
-    size: tuple  # width and height of the map; its border is a wall
-    boxes: list = field(default_factory=list)  # x_min, y_min, x_max, y_max of blocked cells
-    discs: list = field(default_factory=list)  # x, y, radius, vx, vy of movers
+    def numbers(*keys):
+        return tuple(float(row[key]) for key in keys)
 
-
-@dataclass
-class Candidate:
-    """A twist, and what became of it over the horizon."""
-
-    twist: tuple
-    end: tuple  # x, y, theta
-    clearance_m: float  # least over the trajectory, unclipped as far as `reach_m` was asked for
-    admissible: bool
-    score: float = 0.0
-
-
-def window(centre, change, low, high, step, extra):
-    """Samples of one axis of V_s ∩ V_d: from the low end by `step`, both ends, the present value, and `extra` if inside."""
-    low = max(low, centre - change)
-    high = min(high, centre + change)
-    values = [low + i * step for i in range(int((high - low) / step + 1e-9) + 1)]
-    values += [x for x in (high, centre, *extra) if low <= x <= high]
-    values.sort()
-    distinct = values[:1]
-    for value in values[1:]:
-        if value - distinct[-1] > 1e-9:
-            distinct.append(value)
-    return distinct
-
-
-def twists(problem):
-    """The sampled twists, speeds outside, yaw rates inside."""
-    v, omega = problem.twist
-    speeds = window(v, ACCELERATION_MPS2 * TICK_S, SPEED_MIN_MPS, SPEED_MAX_MPS, SPEED_STEP_MPS, ())
-    rates = window(
-        omega, YAW_ACCELERATION_RADPS2 * TICK_S, -YAW_RATE_MAX_RADPS, YAW_RATE_MAX_RADPS, YAW_RATE_STEP_RADPS, (0.0,)
+    cells = [[int(number) for number in cell.split(":")] for cell in row["cells"].split()]
+    return paper.Problem(
+        planner=row["planner"],
+        va_distance=row["va_distance"],
+        pose=numbers("x", "y", "theta"),
+        twist=numbers("v", "omega"),
+        target=numbers("target_x", "target_y"),
+        previous=numbers("previous_x", "previous_y"),
+        size=numbers("cols", "rows"),
+        boxes=[(col, line, col + 1, line + 1) for col, line in cells],
+        discs=[tuple(float(number) for number in mover.split(":")) for mover in row["movers"].split()],
     )
-    return [(v, omega) for v in speeds for omega in rates]
 
 
-def rollout(pose, twist):
-    """Poses now and after each step, eq. 19."""
-    x, y, theta = pose
-    v, omega = twist
-    poses = [pose]
-    for _ in range(STEPS):
-        x, y, theta = x + v * TICK_S * math.cos(theta), y + v * TICK_S * math.sin(theta), theta + omega * TICK_S
-        poses.append((x, y, theta))
-    return poses
+def same(a, b):
+    """Whether two twists are one; the ends of the window carry the rounding of their sums."""
+    return abs(a[0] - b[0]) <= 1e-9 and abs(a[1] - b[1]) <= 1e-9
 
 
-def point_to_segment_m(px, py, ax, ay, bx, by):
-    """Distance of a point to the segment from a to b."""
-    dx, dy = bx - ax, by - ay
-    length2 = dx * dx + dy * dy
-    t = 0.0 if length2 == 0.0 else min(1.0, max(0.0, ((px - ax) * dx + (py - ay) * dy) / length2))
-    return math.hypot(px - ax - t * dx, py - ay - t * dy)
+def compare(row):
+    """The line of decisions_second.csv for a row, and what the tables need besides."""
+    problem = problem_of(row)
+    theirs = float(row["command_v"]), float(row["command_omega"])
+    recovers = row["recovers"] == "true"
+    ours, found, scored = paper.decide(problem)
+    line, _, line_scored = paper.decide(problem, paper.line_clearance_m)
+
+    bound = simrun.Bound(problem, paper.reach_m(problem))
+    bounded, bound_found, bound_scored = paper.decide(problem, bound)
+    if not bound_scored:
+        bounded = simrun.recovery(problem, bound)
+
+    best = max((c.score for c in scored), default=None)
+    worst = min((c.score for c in scored), default=None)
+    mean = sum(c.score for c in scored) / len(scored) if scored else None
+    theirs_scored = next((c.score for c in scored if same(c.twist, theirs)), None)
+
+    def agrees(command, scored):
+        return same(command, theirs) and recovers != bool(scored)
+
+    if agrees(ours, scored):
+        reason = "same"
+    elif agrees(bounded, bound_scored):
+        reason = "bound" if scored else "recovery"
+    else:
+        reason = "unexplained"
+
+    both = [(a, b) for a, b in zip(found, bound_found) if b.admissible]
+    return dict(zip(COLUMNS, (*ours, best, theirs_scored, mean, *bounded, reason))), {
+        "group": (row["planner"], row["va_distance"]),
+        "movers": bool(problem.discs),
+        "line_equal": agrees(line, line_scored),
+        "bound_equal": agrees(bounded, bound_scored),
+        "empty": (not scored, not bound_scored),
+        "gap": None if theirs_scored is None or recovers else (best - theirs_scored) / mean,
+        "rank": None if theirs_scored is None or recovers else sum(c.score > theirs_scored for c in scored),
+        "candidates": len(scored),
+        "spread": (best - worst) / mean if scored else None,
+        "step": (abs(ours[0] - theirs[0]), abs(ours[1] - theirs[1])),
+        "slack": [a.clearance_m - b.clearance_m for a, b in both],
+        "in_contact": bound.in_contact,
+    }
 
 
-def point_to_box_m(px, py, box):
-    """Distance of a point to a full box."""
-    dx = max(box[0] - px, 0.0, px - box[2])
-    dy = max(box[1] - py, 0.0, py - box[3])
-    return math.hypot(dx, dy)
+def digest(content):
+    """FNV-1a, 64 bits."""
+    value = 0xCBF29CE484222325
+    for byte in content:
+        value = (value ^ byte) * 0x100000001B3 & 0xFFFFFFFFFFFFFFFF
+    return f"{value:016x}"
 
 
-def crosses(ax, ay, bx, by, box):
-    """Whether the segment meets the full box (its parameters inside both slabs overlap)."""
-    enter, leave = 0.0, 1.0
-    for a, b, low, high in ((ax, bx, box[0], box[2]), (ay, by, box[1], box[3])):
-        d = b - a
-        if d == 0.0:
-            if a < low or a > high:
-                return False
-            continue
-        t, u = (low - a) / d, (high - a) / d
-        enter, leave = max(enter, min(t, u)), min(leave, max(t, u))
-    return enter <= leave
+def quantile(values, q):
+    """The value at the share q of the sorted list."""
+    values = sorted(values)
+    return values[round(q * (len(values) - 1))] if values else math.nan
 
 
-def segment_to_box_m(ax, ay, bx, by, box):
-    """Distance of a segment to a full box: 0 where they meet, else attained at an end or at a corner."""
-    if crosses(ax, ay, bx, by, box):
-        return 0.0
-    best = min(point_to_box_m(ax, ay, box), point_to_box_m(bx, by, box))
-    for cx in (box[0], box[2]):
-        for cy in (box[1], box[3]):
-            best = min(best, point_to_segment_m(cx, cy, ax, ay, bx, by))
-    return best
+def show(results):
+    """Prints the tables of the README."""
+    groups = sorted({more["group"] for _, more in results}, key=lambda group: (group[1], group[0]))
+    print("| planner | `va_distance` | decisions | with movers | same | bound | recovery | unexplained |")
+    print("|---|---|---|---|---|---|---|---|")
+    for group in groups:
+        mine = [(line, more) for line, more in results if more["group"] == group]
+        count = Counter(line["reason"] for line, _ in mine)
+        shares = [f"{count[reason]} ({100 * count[reason] / len(mine):.1f} %)" for reason in ("same", "bound")]
+        rest = [str(count[reason]) for reason in ("recovery", "unexplained")]
+        movers = sum(more["movers"] for _, more in mine)
+        print("|", " | ".join([f"`{group[0]}`", f"`{group[1]}`", str(len(mine)), str(movers), *shares, *rest]), "|")
+    print()
+    print("| planner | `va_distance` | same by the line | same with the bound | gap, median | gap, 99 % | spread, median | rank, median (of) | not admissible | \\|Δv\\| ≤ 0.01 | \\|Δω\\| ≤ 0.01 |")
+    print("|---|---|---|---|---|---|---|---|---|---|---|")
+    for group in groups:
+        mine = [more for _, more in results if more["group"] == group]
+        apart = [more for line, more in results if more["group"] == group and line["reason"] == "bound"]
+        gaps = [more["gap"] for more in apart if more["gap"] is not None]
+        steps = [more["step"] for more in apart]
+        cells = [
+            f"`{group[0]}`",
+            f"`{group[1]}`",
+            f"{sum(more['line_equal'] for more in mine)}",
+            f"{sum(more['bound_equal'] for more in mine)} of {len(mine)}",
+            f"{100 * quantile(gaps, 0.5):.2f} %",
+            f"{100 * quantile(gaps, 0.99):.1f} %",
+            f"{100 * quantile([more['spread'] for more in apart], 0.5):.0f} %",
+            f"{1 + quantile([more['rank'] for more in apart if more['rank'] is not None], 0.5)}"
+            f" ({quantile([more['candidates'] for more in apart], 0.5)})",
+            f"{sum(more['gap'] is None for more in apart)}",
+            f"{100 * sum(v <= 0.0101 for v, _ in steps) / len(steps):.0f} %",
+            f"{100 * sum(omega <= 0.0101 for _, omega in steps) / len(steps):.0f} %",
+        ]
+        print("|", " | ".join(cells), "|")
+    slack = [value for _, more in results for value in more["slack"]]
+    print()
+    print(f"clearance bound below the exact one, {len(slack)} rollouts: least {1000 * min(slack):.4f} mm, mean {1000 * sum(slack) / len(slack):.2f} mm,")
+    print(f"90 % {1000 * quantile(slack, 0.9):.2f} mm, most {1000 * max(slack):.1f} mm")
+    print(f"nothing admissible, exact and bound: {Counter(more['empty'] for _, more in results)}")
+    print(f"believed in contact: {sum(more['in_contact'] for _, more in results)}")
 
 
-def clearance_m(problem, poses, reach_m):
-    """Least distance of the robot's edge to anything along the straight steps of a rollout, at most `reach_m`.
-
-    Exact: the steps of eq. 19 are straight, and in the frame of a mover of constant velocity they still are.
-    """
-    best = reach_m + ROBOT_RADIUS_M
-    predict = problem.planner == "imp_dwa"  # G-A12
-    width, height = problem.size
-    for k, (a, b) in enumerate(zip(poses, poses[1:])):
-        ax, ay, bx, by = a[0], a[1], b[0], b[1]
-        best = min(best, ax, ay, width - ax, height - ay, bx, by, width - bx, height - by)
-        length = math.hypot(bx - ax, by - ay)
-        for box in problem.boxes:
-            # The nearest point of the step lies within half its length of an end.
-            if min(point_to_box_m(ax, ay, box), point_to_box_m(bx, by, box)) - 0.5 * length < best:
-                best = min(best, segment_to_box_m(ax, ay, bx, by, box))
-        for x, y, radius, vx, vy in problem.discs:
-            if not predict:
-                vx = vy = 0.0
-            t, u = k * TICK_S, (k + 1) * TICK_S
-            gap = point_to_segment_m(x, y, ax - vx * t, ay - vy * t, bx - vx * u, by - vy * u) - radius
-            best = min(best, gap)
-    return best - ROBOT_RADIUS_M
+def main():
+    content = (DATA / "decisions.csv").read_bytes()
+    rows = list(csv.DictReader(content.decode().splitlines()))
+    with Pool() as pool:
+        results = pool.map(compare, rows, chunksize=20)
+    with open(DATA / "decisions_second.csv", "w", newline="") as file:
+        file.write(f"# of decisions.csv with the FNV-1a digest {digest(content)}\n")
+        out = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        out.writeheader()
+        for line, _ in results:
+            out.writerow({key: f"{value:.10g}" if isinstance(value, float) else value for key, value in line.items()})
+    show(results)
+    for row, (line, _) in zip(rows, results):
+        if line["reason"] == "unexplained":
+            print(row, line)
 
 
-def wrap(angle):
-    """The angle in (−π, π]."""
-    angle = math.fmod(angle, 2.0 * math.pi)
-    if angle > math.pi:
-        angle -= 2.0 * math.pi
-    elif angle <= -math.pi:
-        angle += 2.0 * math.pi
-    return angle
-
-
-def admissible(problem, twist, clearance):
-    """No contact over the horizon, and eq. 22 with the modulus of ω."""
-    if clearance <= 0.0:
-        return False
-    if problem.va_distance == "arc":
-        # Arc length to the first contact: there is none.
-        return True
-    v, omega = twist
-    return v * v <= 2.0 * clearance * ACCELERATION_MPS2 and omega * omega <= 2.0 * clearance * YAW_ACCELERATION_RADPS2
-
-
-def candidates(problem, clearance=clearance_m):
-    """Every sampled twist with its clearance and whether it is admissible."""
-    # The clip is for scoring only; eq. 22 as printed looks as far as the fastest robot needs to stop.
-    reach = CAP_M if problem.va_distance == "arc" else SPEED_MAX_MPS**2 / (2.0 * ACCELERATION_MPS2)
-    found = []
-    for twist in twists(problem):
-        poses = rollout(problem.pose, twist)
-        distance = clearance(problem, poses, reach)
-        found.append(Candidate(twist, poses[-1], distance, admissible(problem, twist, distance)))
-    return found
-
-
-def terms(problem, candidate):
-    """head, dist, vel and dist_g of a candidate, eq. 24 to 27."""
-    x, y, theta = candidate.end
-    tx, ty = problem.target
-    head = math.pi - abs(wrap(math.atan2(ty - y, tx - x) - theta))
-    dist = min(candidate.clearance_m, CAP_M)
-    goal = 1.0 / max(math.hypot(tx - x, ty - y), GOAL_DISTANCE_MIN_M)
-    return head, dist, candidate.twist[0], goal
-
-
-def score(problem, found):
-    """Eq. 24 or 26 over the admissible candidates; σ divides each term by its sum (G-A16)."""
-    rows = [(candidate, terms(problem, candidate)) for candidate in found if candidate.admissible]
-    sums = [sum(row[1][k] for row in rows) for k in range(4)]
-    d2 = max(math.dist(problem.previous, problem.target), SEGMENT_MIN_M)
-    for candidate, row in rows:
-        head, dist, vel, goal = (k / total if total > 0.0 else 0.0 for k, total in zip(row, sums))
-        candidate.score = HEADING_WEIGHT * head + DISTANCE_WEIGHT * dist
-        if problem.planner == "dwa":
-            candidate.score += VELOCITY_WEIGHT * vel
-        else:
-            candidate.score += VELOCITY_WEIGHT * math.log(math.e + row[1] / d2) * vel + GOAL_WEIGHT * goal
-    return [candidate for candidate, _ in rows]
-
-
-def choose(scored):
-    """The largest score; among equals the larger v, then the smaller |ω|, then the earlier."""
-    return max(scored, key=lambda c: (c.score, c.twist[0], -abs(c.twist[1])))
-
-
-def recovery(problem):
-    """Nothing is admissible: brake, and turn on the spot towards the target (systems.md, section 1.4)."""
-    x, y, theta = problem.pose
-    v, omega = problem.twist
-    off = wrap(math.atan2(problem.target[1] - y, problem.target[0] - x) - theta)
-    wanted = math.copysign(YAW_RATE_MAX_RADPS, off) if off != 0.0 else 0.0
-    change = YAW_ACCELERATION_RADPS2 * TICK_S
-    return max(0.0, v - ACCELERATION_MPS2 * TICK_S), min(omega + change, max(omega - change, wanted))
-
-
-def decide(problem, clearance=clearance_m):
-    """The command, and the scored candidates (empty where it is the recovery)."""
-    scored = score(problem, candidates(problem, clearance))
-    if not scored:
-        return recovery(problem), scored
-    return choose(scored).twist, scored
+if __name__ == "__main__":
+    main()
