@@ -10,6 +10,7 @@ mod conditions;
 mod conformance;
 mod conformance_layers;
 mod convex;
+mod decisions;
 mod documents;
 mod drives;
 mod episodes;
