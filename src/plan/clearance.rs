@@ -44,7 +44,7 @@ impl<'a> Obstacles<'a> {
         if from_centre_m - offset_m >= limit_m {
             return limit_m;
         }
-        self.nearest_within(p, p, math::min(limit_m, from_centre_m + offset_m))
+        self.nearest_to(p, math::min(limit_m, from_centre_m + offset_m))
     }
 
     /// Distance between the segment a–b and the nearest obstacle square, m, or `limit_m` if that is less; 0 where they touch.
@@ -160,6 +160,37 @@ impl<'a> Obstacles<'a> {
         let square = self.squares[row as usize * self.cols as usize + col as usize];
         let (dx, dy) = (x - f64::from(col) - 0.5, y - f64::from(row) - 0.5);
         Some((0.5 * self.side_m * f64::from(square).sqrt(), self.side_m * (dx * dx + dy * dy).sqrt()))
+    }
+
+    /// Distance between a point inside the map and the nearest square, m, or `limit_m` if that is less: by looking at every square
+    /// around, in squared distances in cells.
+    fn nearest_to(&self, p: Vec2, limit_m: f64) -> f64 {
+        let (x, y) = (p.x / self.side_m, p.y / self.side_m);
+        // Rounding must not lose a line of cells, nor a square that is only touched.
+        let limit = limit_m / self.side_m;
+        let reach = limit + 1e-6;
+        // The ring around the map has the numbers −1 and `cells`; a cast rounds towards 0.
+        let first = |x: f64| (math::max(x - reach, -1.0) + 1.0) as i32 - 1;
+        let last = |x: f64, cells: i32| (math::min(x + reach, f64::from(cells))) as i32;
+        let (cols, rows) = ((first(x), last(x, self.cols)), (first(y), last(y, self.rows)));
+        let mut least = limit * limit;
+        if cols.0 < 0 || rows.0 < 0 || cols.1 >= self.cols || rows.1 >= self.rows {
+            let border = math::min(math::min(x, y), math::min(f64::from(self.cols) - x, f64::from(self.rows) - y));
+            least = math::min(least, border * border);
+        }
+        let beside = |x: f64, number: i32| math::max(math::max(f64::from(number) - x, x - f64::from(number + 1)), 0.0);
+        let (from, to) = (cols.0.max(0), cols.1.min(self.cols - 1));
+        for row in rows.0.max(0)..=rows.1.min(self.rows - 1) {
+            let dy = beside(y, row);
+            let begin = row as usize * self.cols as usize;
+            for col in from..=to {
+                if self.squares[begin + col as usize] == 0 {
+                    let dx = beside(x, col);
+                    least = math::min(least, dx * dx + dy * dy);
+                }
+            }
+        }
+        math::min(least.sqrt() * self.side_m, limit_m)
     }
 
     /// Distance between the segment a–b and the nearest square, m, or `limit_m` if that is less: by looking at every square around.

@@ -5,7 +5,7 @@
 //! its arc.
 
 use super::lanes::{LANES, Lane};
-use super::rollout::{self, Block, Disc, FAR, Field, Part};
+use super::rollout::{self, Block, Disc, FAR, Field, Part, quarters};
 use super::{DynamicWindow, Gaps, Recovery, patch, smaller, touching};
 use crate::geometry::convex::{Polygon, turned};
 use crate::geometry::{Twist, Vec2, direction};
@@ -143,7 +143,10 @@ impl DynamicWindow {
                 for mover in &self.discs {
                     // Every millimetre counts here: the true radii, and the gap beside them.
                     let mover = Disc { touch: mover.touch - mover.room + part.radius - radius, ..*mover };
-                    gaps.take_passing(&rollout::pass(self.width, &step, &ahead.carried, &mover), mover.touch);
+                    gaps.take_passing(
+                        &rollout::pass(self.width, &quarters(&step, mover.step_length()), &ahead.carried, &mover),
+                        mover.touch,
+                    );
                 }
             }
             for (lane, &(command, end)) in begun.iter().enumerate().take(lanes) {

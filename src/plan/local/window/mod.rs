@@ -21,6 +21,7 @@
 //! IEEE Robotics & Automation Magazine 4(1), 1997.
 
 mod escape;
+mod exact;
 mod lanes;
 mod movers;
 pub(crate) mod objective;
@@ -50,10 +51,11 @@ use crate::geometry::{Pose, Twist, Vec2, direction};
 use crate::math;
 use crate::plan::contract::{Decision, Fit, Notes, Situation, State};
 use crate::robot::Robot;
+use exact::Exact;
 use lanes::{LANES, Lane, Lanes, Plain, Width};
 use movers::{Ahead, Bounce, Course, Met};
 use patch::{Anchor, Patch};
-use rollout::{Block, Disc, FAR, Field, Part, Passing, Track};
+use rollout::{Block, Disc, FAR, Field, Part, Passing, Track, quarters};
 
 /// Samples, simulates and judges the twists within reach. Keeps its memory from tick to tick, and nothing else
 /// that an answer depends on.
@@ -73,6 +75,7 @@ pub struct DynamicWindow {
     /// Parts of the footprint outside its inscribed disc; empty for a disc.
     parts: Vec<Part>,
     carried: Vec<[Lane; 2]>,
+    squares: Vec<Lane>,
     turnings: Vec<Turning>,
     ahead: Ahead,
 }
@@ -109,6 +112,7 @@ impl DynamicWindow {
             discs: Vec::new(),
             parts: Vec::new(),
             carried: Vec::new(),
+            squares: Vec::new(),
             turnings: Vec::new(),
             ahead: Ahead::default(),
         }
@@ -303,6 +307,11 @@ impl DynamicWindow {
         self.settings.normalise == Normalise::Fixed
     }
 
+    /// Whether clearances are the exact ones of the predicted poses, as the papers' formulas have it, and no lower bounds.
+    fn is_exact(&self, robot: &Robot) -> bool {
+        self.settings.normalise == Normalise::Sum && robot.footprint.is_none()
+    }
+
     /// Drives every twist of the rollouts along the speed profile and records its end, clearances and first contact.
     fn simulate(&mut self, situation: &Situation<'_>, aim: &Aim) {
         let (robot, dt_s) = (situation.robot, situation.dt_s);
@@ -360,22 +369,34 @@ impl DynamicWindow {
         }
         let (cap, limited) = ((cap_m / pitch_m) as f32, |gap: f32| math::clamp(f64::from(gap) * pitch_m, 0.0, cap_m));
         let count = self.rollouts.twists.len();
+        let exact = self.is_exact(robot).then(|| Exact::new(situation, pitch_m, cap_m, self.settings.distance_mode));
+        self.squares.resize(if exact.is_some() { steps } else { 0 }, [0.0; LANES]);
         for (number, block) in self.blocks.iter().enumerate() {
-            let fate = rollout::drive(self.width, block, &self.profile, &field, &mut self.track);
-            let track = &self.track[..fate.driven];
-            let (mut statics, mut movers) = (Gaps::new(fate.free_steps), Gaps::new(fate.free_steps));
-            statics.take(&fate.least, &fate.last, radius);
+            let (mut statics, driven) = if let Some(exact) = &exact {
+                rollout::follow(self.width, block, &self.profile, &mut self.track);
+                rollout::squares(self.width, &field, &self.track, &mut self.squares);
+                (exact.gaps(&block.used, &self.track, &self.squares), steps)
+            } else {
+                let fate = rollout::drive(self.width, block, &self.profile, &field, &mut self.track);
+                let mut statics = Gaps::new(fate.free_steps);
+                statics.take(&fate.least, &fate.last, radius);
+                (statics, fate.driven)
+            };
+            let mut movers = Gaps::new(statics.free_steps);
+            let track = &self.track[..driven];
+            let ends = track[driven - 1];
             if !looks_ahead {
-                movers.pass(self.width, &self.discs, 0.0, &block.step, track, cap);
+                let step = exact.is_none().then_some(&block.step);
+                movers.pass(self.width, &self.discs, 0.0, step, track, cap);
             }
             for part in &self.parts {
-                let carried = &mut self.carried[..fate.driven];
+                let carried = &mut self.carried[..driven];
                 rollout::carry(self.width, block, part, track, carried);
                 let step = part.step(block);
                 let looked = rollout::look(self.width, &step, &block.arrival, part, &field, carried);
                 statics.take_passing(&looked, part.radius);
                 if !looks_ahead {
-                    movers.pass(self.width, &self.discs, part.radius - radius, &step, carried, cap);
+                    movers.pass(self.width, &self.discs, part.radius - radius, Some(&step), carried, cap);
                 }
             }
             let met = if meets {
@@ -389,7 +410,7 @@ impl DynamicWindow {
             }
             for lane in 0..LANES.min(count - number * LANES) {
                 let free = smaller(statics.free_steps[lane], movers.free_steps[lane]) as usize;
-                let end = Vec2::new(f64::from(fate.end[0][lane]), f64::from(fate.end[1][lane]));
+                let end = Vec2::new(f64::from(ends[0][lane]), f64::from(ends[1][lane]));
                 self.rollouts.end.push(end * pitch_m);
                 self.rollouts.free_s.push(free as f64 * dt_s);
                 let clearance = |gaps: &Gaps| {
@@ -576,15 +597,18 @@ impl Gaps {
         }
     }
 
-    /// Drives a disc of the robot, larger than the inscribed one by `larger`, along `track` past all movers.
-    fn pass(&mut self, width: Width, discs: &[Disc], larger: f32, step: &Lane, track: &Track, cap: f32) {
+    /// Drives a disc of the robot, larger than the inscribed one by `larger`, along `track` past all movers. The positions are at most
+    /// `step` apart; without it what lies between them does not count.
+    fn pass(&mut self, width: Width, discs: &[Disc], larger: f32, step: Option<&Lane>, track: &Track, cap: f32) {
         if discs.is_empty() {
             return;
         }
         let bounds = rollout::bounds(width, track);
-        let discs = discs.iter().map(|disc| Disc { touch: disc.touch + larger, ..*disc });
-        for disc in discs.filter(|disc| !disc.keeps_off(step, &bounds, track.len(), cap)) {
-            self.take_passing(&rollout::pass(width, step, track, &disc), disc.touch);
+        for disc in discs.iter().map(|disc| Disc { touch: disc.touch + larger, ..*disc }) {
+            let between = step.map_or([0.0; LANES], |step| quarters(step, disc.step_length()));
+            if !disc.keeps_off(&between, &bounds, track.len(), cap) {
+                self.take_passing(&rollout::pass(width, &between, track, &disc), disc.touch);
+            }
         }
     }
 }

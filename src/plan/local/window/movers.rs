@@ -15,7 +15,7 @@
 //! three ways at once, straight on, mirrored and back.
 
 use super::lanes::{LANES, Lane, Width};
-use super::rollout::{self, Block, Bounds, Braking, Disc, FAR, Field, Part};
+use super::rollout::{self, Block, Bounds, Braking, Disc, FAR, Field, Part, quarters};
 use super::{Gaps, smaller};
 use crate::geometry::Vec2;
 use crate::map::Cell;
@@ -39,7 +39,7 @@ impl Course<'_> {
     fn is_near(&self, disc: &Disc, bounds: &Bounds, steps: usize) -> bool {
         let widest = self.parts.iter().map(Part::reach).fold(self.radius, |a, b| if a > b { a } else { b });
         let disc = Disc { touch: disc.touch + widest - self.radius, ..*disc };
-        !disc.keeps_off(&self.block.step, bounds, steps, self.cap)
+        !disc.keeps_off(&quarters(&self.block.step, disc.step_length()), bounds, steps, self.cap)
     }
 }
 
@@ -143,14 +143,20 @@ impl Ahead {
         let is_near = |disc: &&Disc| course.is_near(disc, bounds, steps);
         let mut gaps = Gaps::new([self.track.len() as f32; LANES]);
         for disc in discs.iter().filter(is_near) {
-            gaps.take_passing(&rollout::pass(width, &block.step, &self.track, disc), disc.touch);
+            gaps.take_passing(
+                &rollout::pass(width, &quarters(&block.step, disc.step_length()), &self.track, disc),
+                disc.touch,
+            );
         }
         for part in course.parts {
             rollout::carry_turned(width, &self.headings, part, &self.track, &mut self.carried);
             let step = part.step(block);
             for disc in discs.iter().filter(is_near) {
                 let disc = Disc { touch: disc.touch + part.radius - radius, ..*disc };
-                gaps.take_passing(&rollout::pass(width, &step, &self.carried, &disc), disc.touch);
+                gaps.take_passing(
+                    &rollout::pass(width, &quarters(&step, disc.step_length()), &self.carried, &disc),
+                    disc.touch,
+                );
             }
         }
         gaps

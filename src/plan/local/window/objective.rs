@@ -300,6 +300,7 @@ mod tests {
             yaw_rate: Spacing::Count(21),
             predict_dynamic: true,
             clearance_cap_m: 0.3,
+            distance_mode: super::super::DistanceMode::PathMin,
             braking_distance: BrakingDistance::Arc,
             braking_clip_m: None,
             braking_turn: BrakingTurn::Off,

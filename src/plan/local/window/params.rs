@@ -100,6 +100,7 @@ macro_rules! window_params {
                     yaw_rate: spacing(self.yaw_rate_step_radps, self.yaw_rate_samples),
                     predict_dynamic: self.predict_dynamic,
                     clearance_cap_m: self.d_cap_m.get(),
+                    distance_mode: self.dist_mode,
                     braking_distance: self.va_distance,
                     braking_clip_m: self.va_uses_clip.then(|| self.va_clip_m.unwrap_or(self.d_cap_m).get()),
                     braking_turn: self.va_angular,

@@ -87,8 +87,6 @@ pub(super) struct Field<'a> {
 /// Result of a block. Squared distances are lower bounds, in units of pitch².
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fate {
-    /// Position after the last step, relative to the start.
-    pub(super) end: [Lane; 2],
     /// Squared distance to the statics over the whole rollout.
     pub(super) least: Lane,
     /// Squared distance to the statics at the last pose.
@@ -140,12 +138,31 @@ fn drive_lanes<L: Lanes>(block: &Block, speed: &[f32], field: &Field<'_>, track:
             break;
         }
     }
-    Fate {
-        end: [motion.x.store(), motion.y.store()],
-        least: (least - between).store(),
-        last: (last - between).store(),
-        free_steps: free_steps.store(),
-        driven,
+    Fate { least: (least - between).store(), last: (last - between).store(), free_steps: free_steps.store(), driven }
+}
+
+on_lanes! {
+    /// Positions of a block that meets nothing; step k has length `step · speed[k]`.
+    pub(super) fn follow(block: &Block, speed: &[f32], track: &mut Track) -> () = follow_lanes;
+}
+
+#[inline(always)]
+fn follow_lanes<L: Lanes>(block: &Block, speed: &[f32], track: &mut Track) {
+    let mut motion = Motion::<L>::of(block);
+    for (position, &speed) in track.iter_mut().zip(speed) {
+        *position = motion.advance(speed);
+    }
+}
+
+on_lanes! {
+    /// Squared distances of the positions of `track` to the statics, lower bounds.
+    pub(super) fn squares(field: &Field<'_>, track: &Track, squares: &mut [Lane]) -> () = squares_lanes;
+}
+
+#[inline(always)]
+fn squares_lanes<L: Lanes>(field: &Field<'_>, track: &Track, squares: &mut [Lane]) {
+    for ([x, y], square) in track.iter().zip(squares) {
+        *square = field.patch.squared_distances(&field.at, L::load(x), L::load(y)).store();
     }
 }
 
@@ -336,13 +353,14 @@ pub(super) struct Passing {
 }
 
 on_lanes! {
-    /// Drives the positions of `track`, which are at most `step` apart, past a disc that moves at constant velocity.
-    pub(super) fn pass(step: &Lane, track: &Track, disc: &Disc) -> Passing = pass_lanes;
+    /// Drives the positions of `track` past a disc that moves at constant velocity. `between` is what the squared distances lose between
+    /// the positions ([`quarters`]); 0 if these alone count.
+    pub(super) fn pass(between: &Lane, track: &Track, disc: &Disc) -> Passing = pass_lanes;
 }
 
 #[inline(always)]
-fn pass_lanes<L: Lanes>(step: &Lane, track: &Track, disc: &Disc) -> Passing {
-    let between = L::load(&quarters(step, disc.step_length()));
+fn pass_lanes<L: Lanes>(between: &Lane, track: &Track, disc: &Disc) -> Passing {
+    let between = L::load(between);
     let limit = L::splat(disc.touch * disc.touch) + between;
     let one = L::splat(1.0);
     let (mut least, mut last) = (L::splat(f32::MAX), L::splat(f32::MAX));
@@ -363,13 +381,13 @@ fn pass_lanes<L: Lanes>(step: &Lane, track: &Track, disc: &Disc) -> Passing {
 }
 
 impl Disc {
-    fn step_length(&self) -> f32 {
+    pub(super) fn step_length(&self) -> f32 {
         (self.step[0] * self.step[0] + self.step[1] * self.step[1]).sqrt()
     }
 
     /// Whether the disc keeps `cap` or more from the robot at every pose in `bounds` over `steps` steps, so that it
-    /// need not be measured.
-    pub(super) fn keeps_off(&self, step: &Lane, bounds: &Bounds, steps: usize, cap: f32) -> bool {
+    /// need not be measured. `between` is as in [`pass`].
+    pub(super) fn keeps_off(&self, between: &Lane, bounds: &Bounds, steps: usize, cap: f32) -> bool {
         /// Bound of the accumulated rounding error, in units of the pitch.
         const SLACK: f32 = 0.05;
         let gap = |axis: usize| {
@@ -380,7 +398,7 @@ impl Disc {
             outside.into_iter().fold(0.0, |gap, side| if side > gap { side } else { gap })
         };
         let (x, y) = (gap(0), gap(1));
-        let between = quarters(step, self.step_length()).into_iter().fold(0.0, |a, b| if b > a { b } else { a });
+        let between = between.iter().fold(0.0, |a, &b| if b > a { b } else { a });
         let wanted = 1.001 * (self.touch + cap) + SLACK;
         x * x + y * y > wanted * wanted + between
     }
@@ -416,7 +434,7 @@ fn bounds_lanes<L: Lanes>(track: &Track) -> Bounds {
 
 /// s²/4 of steps that are `longer` than those of the block.
 #[inline(always)]
-fn quarters(step: &Lane, longer: f32) -> Lane {
+pub(super) fn quarters(step: &Lane, longer: f32) -> Lane {
     let mut quarters = [0.0; LANES];
     for lane in 0..LANES {
         let half = 0.5 * (step[lane].abs() + longer);

@@ -86,6 +86,8 @@ pub struct Settings {
     pub predict_dynamic: bool,
     /// Clearances are computed up to at least this distance, m.
     pub clearance_cap_m: f64,
+    /// Which clearance of a rollout is asked for: with [`Normalise::Sum`] that one is exact, the other one a lower bound.
+    pub distance_mode: DistanceMode,
     /// The distance in which the robot must be able to stop.
     pub braking_distance: BrakingDistance,
     /// Upper limit of the braking distance, m; `None` for no limit.
