@@ -52,19 +52,62 @@ impl Location {
 /// # Panics
 /// If a number is not finite or `level` is not strictly between 0 and 1.
 pub fn bootstrap_interval(sample: &[f64], location: Location, level: f64) -> Option<(f64, f64)> {
-    assert!(level > 0.0 && level < 1.0, "no interval of level {level}");
     assert!(sample.iter().all(|x| x.is_finite()), "only finite numbers are resampled");
-    if sample.is_empty() {
-        return None;
-    }
     let mut sorted = sample.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let mut stream = EpisodeSeed { seed: 0, episode: 0 }.stream(Purpose::Resampling, 0);
     let mut resample = vec![0.0; sorted.len()];
+    percentiles(sorted.len(), level, |drawn| {
+        resample.iter_mut().zip(drawn).for_each(|(x, &index)| *x = sorted[index]);
+        location.of(&mut resample)
+    })
+}
+
+/// A ratio of means with its interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ratio {
+    /// Mean of the first divided by mean of the second.
+    pub ratio: f64,
+    /// Bootstrap percentile interval.
+    pub interval: (f64, f64),
+}
+
+/// Ratio of the means of paired numbers, first / second, with the percentile interval of whole pairs drawn again.
+///
+/// `None` without pairs, and where the denominator is near 0: its mean is 0, or that of a resample is 0 or has the other
+/// sign; then a ratio says nothing. Draws and quantiles as of [`bootstrap_interval`]. It is the ratio of the
+/// totals, which long drives dominate, not the mean of ratios.
+///
+/// # Panics
+/// If the slices differ in length, a number is not finite or `level` is not strictly between 0 and 1.
+pub fn bootstrap_ratio(first: &[f64], second: &[f64], level: f64) -> Option<Ratio> {
+    assert_eq!(first.len(), second.len(), "paired numbers come in pairs");
+    assert!(first.iter().chain(second).all(|x| x.is_finite()), "only finite numbers are resampled");
+    let mut pairs: Vec<(f64, f64)> = first.iter().copied().zip(second.iter().copied()).collect();
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let sums = |drawn: &mut dyn Iterator<Item = (f64, f64)>| drawn.fold((0.0, 0.0), |(a, b), (x, y)| (a + x, b + y));
+    let (above, below) = sums(&mut pairs.iter().copied());
+    let mut is_near_zero = below == 0.0;
+    let interval = percentiles(pairs.len(), level, |drawn| {
+        let (a, b) = sums(&mut drawn.iter().map(|&index| pairs[index]));
+        is_near_zero |= b * below <= 0.0;
+        if is_near_zero { 0.0 } else { a / b }
+    })?;
+    (!is_near_zero).then(|| Ratio { ratio: above / below, interval })
+}
+
+/// The quantiles (1 ∓ level) / 2 of an estimate from [`RESAMPLES`] draws of `count` indices below `count`, from the one stream of
+/// all intervals; `None` if there is nothing to draw.
+fn percentiles(count: usize, level: f64, mut estimate: impl FnMut(&[usize]) -> f64) -> Option<(f64, f64)> {
+    assert!(level > 0.0 && level < 1.0, "no interval of level {level}");
+    if count == 0 {
+        return None;
+    }
+    let mut stream = EpisodeSeed { seed: 0, episode: 0 }.stream(Purpose::Resampling, 0);
+    let mut drawn = vec![0; count];
     let mut estimates: Vec<f64> = (0..RESAMPLES)
         .map(|_| {
-            resample.fill_with(|| sorted[stream.index(sorted.len())]);
-            location.of(&mut resample)
+            drawn.fill_with(|| stream.index(count));
+            estimate(&drawn)
         })
         .collect();
     estimates.sort_by(f64::total_cmp);
@@ -130,5 +173,26 @@ mod tests {
             (13_821_933_279_225_255_409, 4_609_048_195_788_499_471),
             "{low} {high}"
         );
+    }
+
+    #[test]
+    fn ratios_of_pairs_and_of_what_is_near_zero() {
+        // One ratio in all pairs is that of every resample.
+        let second = [3.0, 1.0, 8.0, 2.0, 5.0];
+        let half: Vec<f64> = second.iter().map(|x| x / 2.0).collect();
+        assert_eq!(bootstrap_ratio(&half, &second, 0.95), Some(Ratio { ratio: 0.5, interval: (0.5, 0.5) }));
+        let first = [2.0, 1.5, 9.0, 1.0, 7.0];
+        let found = bootstrap_ratio(&first, &second, 0.95).unwrap();
+        assert!((found.ratio - 20.5 / 19.0).abs() < 1e-15);
+        assert!(found.interval.0 < found.ratio && found.ratio < found.interval.1);
+        let reversed = |values: &[f64]| values.iter().rev().copied().collect::<Vec<f64>>();
+        assert_eq!(bootstrap_ratio(&reversed(&first), &reversed(&second), 0.95), Some(found));
+        let negated: Vec<f64> = second.iter().map(|x| -x).collect();
+        let turned = bootstrap_ratio(&first, &negated, 0.95).unwrap();
+        assert_eq!((turned.ratio, turned.interval.0), (-found.ratio, -found.interval.1));
+        for second in [[0.0; 5], [1.0, -1.0, 0.0, 2.0, -2.0], [9.0, 0.0, 0.0, 0.0, -1.0]] {
+            assert_eq!(bootstrap_ratio(&first, &second, 0.95), None, "{second:?}");
+        }
+        assert_eq!(bootstrap_ratio(&[], &[], 0.95), None);
     }
 }

@@ -133,15 +133,15 @@ pub fn rank_sum(first: &[f64], second: &[f64]) -> RankSum {
 }
 
 /// Average ranks, and the correction of the variance for ties.
-struct Ranks {
+pub(super) struct Ranks {
     /// Twice the rank (counted from 1) of each number: an integer even where ranks are averaged.
-    doubled: Vec<usize>,
+    pub(super) doubled: Vec<usize>,
     /// Σ(t³ − t) over the groups of t equal numbers.
     ties: f64,
 }
 
 impl Ranks {
-    fn of(values: &[f64]) -> Self {
+    pub(super) fn of(values: &[f64]) -> Self {
         assert!(values.iter().all(|value| value.is_finite()), "only finite numbers have ranks");
         let mut order: Vec<usize> = (0..values.len()).collect();
         order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
@@ -162,7 +162,7 @@ impl Ranks {
 }
 
 /// For each sum, the number of subsets of `ranks` that have it.
-fn subsets_by_sum(ranks: &[usize]) -> Vec<u64> {
+pub(super) fn subsets_by_sum(ranks: &[usize]) -> Vec<u64> {
     let mut ways = vec![0; ranks.iter().sum::<usize>() + 1];
     ways[0] = 1;
     for &rank in ranks {
@@ -174,7 +174,7 @@ fn subsets_by_sum(ranks: &[usize]) -> Vec<u64> {
 }
 
 /// For each sum, the number of subsets of `size` of the `ranks` that have it.
-fn subsets_of_size_by_sum(ranks: &[usize], size: usize) -> Vec<u64> {
+pub(super) fn subsets_of_size_by_sum(ranks: &[usize], size: usize) -> Vec<u64> {
     let sums = ranks.iter().sum::<usize>() + 1;
     // Row k: the subsets of k ranks.
     let mut ways = vec![0; (size + 1) * sums];

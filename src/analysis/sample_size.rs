@@ -1,6 +1,7 @@
 //! Differences that a given number of worlds can show.
 
 use super::normal_quantile;
+use crate::math;
 
 /// Error rate and power of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,6 +91,42 @@ pub fn minimal_detectable_risk_difference(pairs: usize, discordant: f64, rates: 
     (delta <= discordant && delta > 0.0).then_some(delta)
 }
 
+/// The pairs that the paired t test needs to show a mean `difference` of differences with standard deviation `sd`.
+///
+/// The smallest n with [`minimal_detectable_mean`] at most |difference|: ((z₁₋α/₂ + z_power) sd / δ)² + z₁₋α/₂² / 2 rounded up,
+/// 2 at least. `None` if the difference is 0, or so small that the number is beyond 2⁵³.
+///
+/// # Panics
+/// As [`minimal_detectable_mean`], or if the difference is not finite.
+pub fn pairs_needed_mean(difference: f64, sd: f64, rates: ErrorRates) -> Option<u64> {
+    assert!(sd.is_finite() && sd >= 0.0 && difference.is_finite(), "no difference: {difference} ± {sd}");
+    let (z_alpha, z_power) = rates.quantiles();
+    let ratio = (z_alpha + z_power) * sd / difference;
+    whole(ratio * ratio + z_alpha * z_alpha / 2.0)
+}
+
+/// The pairs that McNemar's test needs to show a `difference` of success rates where exactly one stack solves `discordant` of the worlds.
+///
+/// Connor's formula, see [`minimal_detectable_risk_difference`]: (z₁₋α/₂ √ψ + z_power √(ψ − δ²))² / δ² rounded up. The exact test needs somewhat
+/// more: at least [`informative_pairs_min`] / ψ. `None` if the difference is 0, or so small that the number is beyond 2⁵³.
+///
+/// # Panics
+/// If a rate is out of range or the difference is larger than `discordant`.
+pub fn pairs_needed_risk_difference(difference: f64, discordant: f64, rates: ErrorRates) -> Option<u64> {
+    assert!((0.0..=1.0).contains(&discordant), "no rate: {discordant}");
+    // Both are counts divided by one number; equal on paper, they may differ by rounding.
+    assert!(difference.abs() <= discordant * (1.0 + 1e-9), "{difference} of {discordant} discordant");
+    let (z_alpha, z_power) = rates.quantiles();
+    let rest = math::max(discordant - difference * difference, 0.0);
+    let root = (z_alpha * discordant.sqrt() + z_power * rest.sqrt()) / difference;
+    whole(root * root)
+}
+
+/// A number of pairs rounded up, 2 at least; `None` where it is no number or too large to be exact.
+fn whole(pairs: f64) -> Option<u64> {
+    (pairs < (1u64 << 53) as f64).then(|| (pairs.ceil() as u64).max(2))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -174,5 +211,26 @@ mod tests {
             let root = z_alpha * psi.sqrt() + z_power * (psi - delta * delta).sqrt();
             assert!((n as f64 * delta * delta - root * root).abs() < 1e-10, "{n} {psi}");
         }
+    }
+
+    #[test]
+    fn the_pairs_needed_are_the_fewest_that_show_the_difference() {
+        let rates = ErrorRates::default();
+        for (difference, sd) in [(0.1, 1.0), (-0.5, 1.0), (2.0, 3.0), (0.01, 0.2)] {
+            let n = pairs_needed_mean(difference, sd, rates).unwrap() as usize;
+            let shows = |n| minimal_detectable_mean(n, sd, rates).is_some_and(|least| least <= difference.abs());
+            assert!(shows(n) && !shows(n - 1), "{difference} {sd} {n}");
+        }
+        for (difference, discordant) in [(0.1, 0.2), (-0.05, 0.3), (0.02, 0.02), (0.3, 0.8)] {
+            let n = pairs_needed_risk_difference(difference, discordant, rates).unwrap() as usize;
+            let shows = |n| {
+                let least = minimal_detectable_risk_difference(n, discordant, rates);
+                least.is_some_and(|least| least <= difference.abs() * (1.0 + 1e-12))
+            };
+            assert!(shows(n) && !shows(n - 1), "{difference} {discordant} {n}");
+        }
+        assert_eq!((pairs_needed_mean(0.0, 1.0, rates), pairs_needed_mean(0.0, 0.0, rates)), (None, None));
+        assert_eq!(pairs_needed_risk_difference(0.0, 0.2, rates), None);
+        assert_eq!((pairs_needed_mean(1.0, 0.0, rates), pairs_needed_mean(1e-20, 1.0, rates)), (Some(2), None));
     }
 }
