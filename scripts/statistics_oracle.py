@@ -17,8 +17,12 @@ import math
 import sys
 
 import numpy as np
-from scipy import stats
+import pandas as pd
+import statsmodels.formula.api as smf
+from scipy import optimize, stats
 from statsmodels.stats.multitest import multipletests
+from statsmodels.stats.power import TTestPower
+from statsmodels.stats.weightstats import ttost_paired
 
 RNG = np.random.default_rng(20240607)
 OUT = csv.writer(sys.stdout, lineterminator="\n")
@@ -166,9 +170,205 @@ def bootstrap():
             row(function, values, [], result.confidence_interval)
 
 
+def student():
+    for freedom in (1, 2, 3, 4, 7, 10, 29, 30, 99, 1000, 99_999):
+        for t in np.concatenate([RNG.uniform(-4, 4, 4), [0.0, 12.0, 40.0]]):
+            row("student_upper_tail", [t, freedom], [], [stats.t.sf(t, freedom)])
+        for p in (0.025, 0.3, 0.95, 1e-9):
+            row("student_quantile", [p, freedom], [], [stats.t.ppf(p, freedom)])
+
+
+def rejected(p_value, at):
+    """Whether the test of the numbers shifted by `at` is significant at 5 %."""
+    return p_value(at) <= 0.05
+
+
+def assert_inverts(p_value, low, high):
+    """The interval holds exactly the shifts that the test does not reject (looked at beside its ends)."""
+    gap = 1e-7 * (high - low)
+    assert rejected(p_value, low - gap) and not rejected(p_value, low + gap)
+    assert rejected(p_value, high + gap) and not rejected(p_value, high - gap)
+
+
+def hodges_lehmann():
+    """Walsh averages written out; the ends of the interval are checked by inverting SciPy's test where nothing ties."""
+    for differences, kind in samples([6, 7, 8, 12, 25, 50, 51, 90, 301], 3):
+        n = len(differences)
+        walsh = np.sort([(differences[i] + differences[j]) / 2 for i in range(n) for j in range(i, n)])
+        # The largest sum of ranks that is rejected on the lower side, from the law of the sum without ties.
+        if n <= 50:
+            ways = np.array([1.0])
+            for rank in range(1, n + 1):
+                ways = np.convolve(ways, np.concatenate([[1.0], np.zeros(rank - 1), [1.0]]))
+            worst = int(np.flatnonzero(2 * np.cumsum(ways) / 2.0**n <= 0.05).max())
+            method = {"method": "exact"}
+        else:
+            sd = math.sqrt(n * (n + 1) * (2 * n + 1) / 24)
+            worst = math.floor(n * (n + 1) / 4 - 0.5 - stats.norm.isf(0.025) * sd)
+            method = {"method": "asymptotic", "correction": True}
+        low, high = walsh[worst], walsh[len(walsh) - 1 - worst]
+        if kind == 0:
+            assert_inverts(lambda at: stats.wilcoxon(differences - at, **method).pvalue, low, high)
+        row("hodges_lehmann", differences, [], [np.median(walsh), low, high])
+
+
+def hodges_lehmann_shift():
+    for first, kind in samples([5, 9, 20, 24, 40, 120], 3):
+        size = RNG.integers(4, 27) if len(first) < 40 else RNG.integers(30, 200)
+        second = RNG.normal(0.4, 1.3, size)
+        second = second if kind == 0 else np.round(second * (2.0 if kind == 1 else 10.0))
+        shifts = np.sort(np.subtract.outer(first, second).ravel())
+        m, n = len(first), len(second)
+        if m + n <= 50:
+            # U of every split without ties, by the recurrence over the largest number: it is in one sample or the other.
+            counts = {}
+
+            def ways(a, b):
+                if a == 0 or b == 0:
+                    return np.ones(1)
+                if (a, b) not in counts:
+                    total = np.zeros(a * b + 1)
+                    with_a, with_b = ways(a - 1, b), ways(a, b - 1)
+                    total[b : b + len(with_a)] += with_a
+                    total[: len(with_b)] += with_b
+                    counts[a, b] = total
+                return counts[a, b]
+
+            law = ways(m, n)
+            worst = int(np.flatnonzero(2 * np.cumsum(law) / law.sum() <= 0.05).max())
+            method = {"method": "exact"}
+        else:
+            sd = math.sqrt(m * n * (m + n + 1) / 12)
+            worst = math.floor(m * n / 2 - 0.5 - stats.norm.isf(0.025) * sd)
+            method = {"method": "asymptotic", "use_continuity": True}
+        low, high = shifts[worst], shifts[len(shifts) - 1 - worst]
+        if kind == 0:
+            assert_inverts(lambda at: stats.mannwhitneyu(first - at, second, **method).pvalue, low, high)
+        row("hodges_lehmann_shift", first, second, [np.median(shifts), low, high])
+
+
+def two_sided(every, observed):
+    return min(1.0, 2 * min(np.mean(every <= observed + 1e-9), np.mean(every >= observed - 1e-9)))
+
+
+def correlations():
+    for first, kind in samples([3, 4, 5, 7, 9, 10, 15, 40, 100], 6):
+        second = 0.4 * first + RNG.normal(0.0, 1.0, len(first))
+        second = second if kind == 0 else np.round(second * (2.0 if kind == 1 else 10.0))
+        if np.ptp(first) == 0 or np.ptp(second) == 0:
+            continue
+        rho, tau = stats.spearmanr(first, second), stats.kendalltau(first, second, method="asymptotic")
+        p_rho, p_tau = rho.pvalue, tau.pvalue
+        if len(first) <= 9:
+            # Every pairing; SciPy enumerates them too, slowly.
+            orders = np.array(list(itertools.permutations(range(len(first)))))
+            ranks = stats.rankdata(second)
+            sums = ranks[orders] @ stats.rankdata(first)
+            p_rho = two_sided(sums, ranks @ stats.rankdata(first))
+            signs = [np.sign(np.subtract.outer(values, values)).astype(int) for values in (first, second)]
+            counts = np.zeros(len(orders), dtype=int)
+            for i, j in itertools.combinations(range(len(first)), 2):
+                counts += signs[0][i, j] * signs[1][orders[:, i], orders[:, j]]
+            p_tau = two_sided(counts, np.triu(signs[0] * signs[1]).sum())
+        if len(first) <= 5:
+            for p, statistic in ((p_rho, stats.spearmanr), (p_tau, stats.kendalltau)):
+                test = stats.permutation_test(
+                    (first,),
+                    lambda x: statistic(x, second).statistic,
+                    permutation_type="pairings",
+                    n_resamples=np.inf,
+                    vectorized=False,
+                )
+                assert math.isclose(p, test.pvalue, rel_tol=1e-12)
+        row("spearman", first, second, [rho.statistic, p_rho])
+        row("kendall_tau_b", first, second, [tau.statistic, p_tau])
+
+
+def bootstrap_ratio():
+    def ratio(first, second, axis):
+        return np.mean(first, axis=axis) / np.mean(second, axis=axis)
+
+    for size in (12, 25, 60, 150):
+        second = RNG.gamma(6.0, 4.0, size)
+        first = second * RNG.normal(0.95, 0.2, size)
+        result = stats.bootstrap(
+            (first, second), ratio, paired=True, n_resamples=100_000, batch=2000, method="percentile", rng=RNG
+        )
+        row("bootstrap_ratio", first, second, result.confidence_interval)
+
+
+def equivalence_of_means():
+    for size in (2, 3, 8, 30, 200):
+        for margin in (0.2, 1.0):
+            first = RNG.normal(10.0, 2.0, size)
+            second = first + RNG.normal(0.1, 0.5, size)
+            p = ttost_paired(first, second, -margin, margin)[0]
+            interval = stats.ttest_1samp(first - second, 0.0).confidence_interval(0.9)
+            row("equivalence_of_means", first - second, [margin], [p, *interval])
+
+
+def equivalence_of_rates():
+    """Score tests of a difference of paired rates: the rates under a margin maximise the likelihood numerically."""
+
+    def score(n, b, c, delta):
+        # Free: what both rates of pairs that one side alone solved have beyond the least that the difference asks for.
+        least_first, least_second = max(0.0, delta), max(0.0, -delta)
+
+        def slope(u):
+            up = b / (least_first + u) if b else 0.0
+            down = c / (least_second + u) if c else 0.0
+            return up + down - 2 * (n - b - c) / (1 - abs(delta) - 2 * u)
+
+        high = (1 - abs(delta)) / 2
+        low, high = 1e-15 * high, (1 - 1e-12) * high
+        u = optimize.brentq(slope, low, high, xtol=1e-18, rtol=1e-14) if slope(low) > 0 else 0.0
+        q = least_second + u
+        variance = n * (2 * q + delta - delta * delta)
+        return (b - c - n * delta) / math.sqrt(variance)
+
+    for n, b, c in [(20, 0, 0), (50, 3, 1), (50, 0, 4), (100, 10, 10), (100, 7, 2), (1000, 30, 41), (1000, 0, 1)]:
+        low = optimize.brentq(lambda d: score(n, b, c, d) - stats.norm.isf(0.05), -0.999, (b - c) / n - 1e-12)
+        high = optimize.brentq(lambda d: score(n, b, c, d) + stats.norm.isf(0.05), (b - c) / n + 1e-12, 0.999)
+        for margin in (0.02, 0.05, 0.1):
+            p = max(stats.norm.sf(score(n, b, c, -margin)), stats.norm.cdf(score(n, b, c, margin)))
+            row("equivalence_of_rates", [n, b, c], [margin], [p, low, high])
+
+
+def pairs_needed_mean():
+    for effect in (0.05, 0.1, 0.3, 0.5, 0.8, 1.2):
+        pairs = TTestPower().solve_power(effect_size=effect, alpha=0.05, power=0.8)
+        row("pairs_needed_mean", [effect], [], [pairs])
+
+
+def one_way_random():
+    """Balanced groups, one after the other; `second` holds their size."""
+    for groups, size, spread in [(4, 5, 2.0), (6, 10, 0.8), (12, 8, 1.5), (30, 4, 1.0)]:
+        values = 5.0 + RNG.normal(0.0, spread, (groups, 1)) + RNG.normal(0.0, 1.0, (groups, size))
+        table = pd.DataFrame({"value": values.ravel(), "group": np.repeat(np.arange(groups), size)})
+        fit = smf.mixedlm("value ~ 1", table, groups=table["group"]).fit(reml=True, method="powell", ftol=1e-14)
+        within, between = fit.scale, float(fit.cov_re.iloc[0, 0])
+        assert between > 0.0
+        interval = stats.ttest_1samp(values.mean(axis=1), 0.0).confidence_interval(0.95)
+        expected = [fit.fe_params.iloc[0], within, between, between / (between + within), *interval]
+        row("one_way_random", values, [size], expected)
+
+
 def main():
     OUT.writerow(["function", "first", "second", "expected"])
     for part in (mcnemar, fisher, signed_rank, rank_sum, holm, cohen_d_z, normal, minimal_detectable_mean, bootstrap):
+        part()
+    # Later ones at the end: what stands above draws the same numbers as ever.
+    for part in (
+        student,
+        hodges_lehmann,
+        hodges_lehmann_shift,
+        correlations,
+        bootstrap_ratio,
+        equivalence_of_means,
+        equivalence_of_rates,
+        pairs_needed_mean,
+        one_way_random,
+    ):
         part()
 
 

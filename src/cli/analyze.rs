@@ -1,11 +1,12 @@
 //! `simrun analyze`: result files become comparisons.
 
 use super::{Failure, Out, say};
-use crate::comparison::{self, Format, Gate, Pairing, Section, Table};
+use crate::comparison::{self, Format, Gate, Margins, Pairing, Section, Table};
 use crate::settings::quantity::counted;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("mode").args(["baseline", "compare_points"]))]
 pub(super) struct Args {
     /// `episodes.csv` of a run, or its folder; several are analysed one by one, never pooled.
     #[arg(required = true, value_name = "EPISODES_CSV")]
@@ -19,17 +20,25 @@ pub(super) struct Args {
     /// Fisher's exact test and rank sums of independent samples, as some papers do, instead of tests of pairs.
     #[arg(long)]
     unpaired: bool,
+    /// Test whether two stacks are equivalent up to a margin, in its unit (success in percentage points) or in per cent of the reference's mean, for
+    /// example --equivalent time_s=2% (repeatable).
+    #[arg(long, value_name = "METRIC=VALUE", conflicts_with_all = ["unpaired", "baseline", "compare_points"])]
+    equivalent: Vec<String>,
+    /// Compare the points of a sweep with each other instead: a ranking by success, then time, and tests of each against the best.
+    #[arg(long, conflicts_with_all = ["reference", "all_pairs", "unpaired", "baseline"])]
+    compare_points: bool,
     /// Compare with an older run of the same scenario instead: rows that moved, tests of each stack; exit code 3 if it got worse.
     #[arg(long, value_name = "EPISODES_CSV", conflicts_with_all = ["reference", "all_pairs", "unpaired"])]
     baseline: Option<PathBuf>,
-    /// With --baseline: the metrics that may make the run worse, joined by commas; all by default.
-    #[arg(long, value_name = "METRICS", value_delimiter = ',', requires = "baseline")]
+    /// Metrics, joined by commas. With --baseline: those that may make the run worse, all by default. With --compare-points: those
+    /// that are tested, success and time_s by default.
+    #[arg(long, value_name = "METRICS", value_delimiter = ',', requires = "mode")]
     metrics: Vec<String>,
     /// With --baseline: how much a metric may get worse, in its unit or in per cent of the baseline's mean, for example
-    /// --margin time_s=5% (repeatable).
+    /// --margin time_s=5% (repeatable). Without one: 0.1 %, success 0.
     #[arg(long, value_name = "METRIC=VALUE", requires = "baseline")]
     margin: Vec<String>,
-    /// How to print it; csv holds the tests alone (summary.csv has the stacks).
+    /// How to print it; csv holds the tests alone (summary.csv has the stacks), with --compare-points the ranking with its tests.
     #[arg(long, value_enum, default_value_t = Shape::Text)]
     format: Shape,
     #[command(flatten)]
@@ -60,20 +69,42 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         let gate = Gate::new(&args.metrics, &args.margin).map_err(Failure::usage)?;
         return baseline(&read(old)?, &tables[0], &gate, &args.out);
     }
-    let sections = tables.into_iter().flat_map(|table| table.sections).collect::<Vec<Section>>();
-    let pairing = Pairing { reference: args.reference.clone(), all_pairs: args.all_pairs, unpaired: args.unpaired };
-    let reports = sections.iter().map(|section| comparison::analyse(section, &pairing));
-    let reports = reports.collect::<Result<Vec<_>, _>>().map_err(Failure::usage)?;
     let format = match args.format {
         Shape::Text => Format::Text,
         Shape::Markdown => Format::Markdown,
         Shape::Csv => Format::Csv,
     };
+    if args.compare_points {
+        if args.files.len() > 1 && format == Format::Csv {
+            return Err(Failure::usage(
+                "--compare-points --format csv takes one table: each sweep has columns of its own",
+            ));
+        }
+        let rankings = tables.iter().map(|table| comparison::rank_points(table, &args.metrics));
+        let rankings = rankings.collect::<Result<Vec<_>, _>>().map_err(Failure::usage)?;
+        let texts = rankings.iter().map(|ranking| comparison::render_points(ranking, format));
+        return args.out.write(&texts.collect::<String>());
+    }
+    let sections = tables.into_iter().flat_map(|table| table.sections).collect::<Vec<Section>>();
+    let pairing = Pairing {
+        reference: args.reference.clone(),
+        all_pairs: args.all_pairs,
+        unpaired: args.unpaired,
+        equivalent: Margins::of_equivalence(&args.equivalent).map_err(Failure::usage)?,
+    };
+    let reports = sections.iter().map(|section| comparison::analyse(section, &pairing));
+    let reports = reports.collect::<Result<Vec<_>, _>>().map_err(Failure::usage)?;
+    if sections.len() > 1 && reports.iter().all(|report| report.comparisons.is_empty()) {
+        say("no point has two stacks to compare; --compare-points compares the points");
+    }
     args.out.write(&comparison::render(&reports, format))
 }
 
 /// Rows that moved, named one by one.
 const MOVED_SHOWN: usize = 20;
+
+/// Settings that differ from the baseline's, named one by one.
+const SETTINGS_SHOWN: usize = 6;
 
 fn baseline(old: &Table, new: &Table, gate: &Gate, out: &Out) -> Result<(), Failure> {
     let found = comparison::compare_baseline(&old.sections, &new.sections, gate).map_err(Failure::usage)?;
@@ -81,12 +112,23 @@ fn baseline(old: &Table, new: &Table, gate: &Gate, out: &Out) -> Result<(), Fail
         [] => "No worse than the baseline.\n".to_owned(),
         regressions => format!("Worse than the baseline: {}\n", regressions.join("; ")),
     };
-    if let (Some(before), Some(now)) = (&old.version, &new.version)
-        && before != now
+    if let (Some(before), Some(now)) = (&old.identity, &new.identity)
+        && before.version != now.version
     {
+        let (before, now) = (&before.version, &now.version);
         text += &format!(
             "The baseline was written by simrun {before}, this run by {now}: defaults may have moved (see the changelog).\n"
         );
+    }
+    let differ = new.settings_that_differ(old);
+    if !differ.is_empty() {
+        text += "The scenario is not that of the baseline (there: the baseline, here: this run):\n";
+        for difference in differ.iter().take(SETTINGS_SHOWN) {
+            text += &format!("  {difference}\n");
+        }
+        if differ.len() > SETTINGS_SHOWN {
+            text += &format!("  … and {} more\n", differ.len() - SETTINGS_SHOWN);
+        }
     }
     text += &format!(
         "{} in both, {} moved, {} missing, {} new\n",
@@ -106,7 +148,7 @@ fn baseline(old: &Table, new: &Table, gate: &Gate, out: &Out) -> Result<(), Fail
     }
     if !found.comparisons.is_empty() {
         text += "\nNew against old, on the same worlds:\n";
-        text += &comparison::comparison_table(&found.comparisons);
+        text += &comparison::comparison_table(&found.comparisons, Format::Text);
     }
     out.write(&text)?;
     if found.regressions.is_empty() {

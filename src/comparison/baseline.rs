@@ -1,6 +1,7 @@
 //! A run against an older one: rows that changed, and regressions.
 
-use super::{ALPHA, Comparison, Gate, Section, StackRows, compare_pairs, correct};
+use super::pair::correct;
+use super::{ALPHA, Comparison, Gate, Section, StackRows, compare_pairs};
 use crate::analysis::Better;
 use crate::episode::Outcome;
 use crate::results::metric_column;

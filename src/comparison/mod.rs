@@ -5,21 +5,29 @@
 //! become tables. Nothing is pooled: every file and every point of a sweep is a section of its own.
 
 mod baseline;
+mod equivalence;
 mod gate;
+mod margin;
+mod pair;
+mod points;
 mod read;
 mod render;
+mod render_points;
 
 pub use baseline::{Baseline, OtherScenario, compare_baseline};
-pub use gate::{Gate, GateError, Margin};
+pub use equivalence::EquivalenceTest;
+pub use gate::Gate;
+pub use margin::{Margin, MarginError, Margins};
+pub use pair::{Comparison, compare_pairs};
+pub use points::{PointRanking, PointsError, RankedPoint, rank_points};
 pub use read::{Section, StackRows, Table, TableError, read_table};
 pub use render::{Format, comparison_table, render, table};
+pub use render_points::render_points;
 
-use crate::analysis::{
-    Better, Location, PairedOutcomes, RankSum, Ranking, bootstrap_interval, discordant_odds_ratio, fisher_exact, holm,
-    informative_pairs_min, mcnemar_exact, paired_differences, pairs, rank_biserial, rank_sum, signed_rank,
-};
+use crate::analysis::{Better, Ranking, holm, mcnemar_exact, pairs};
 use crate::results::{Column, SummaryRow, metric_column, summarise_rows};
 use crate::settings::choice::NameError;
+use pair::{SUCCESS, compare_unpaired, correct, outcomes};
 
 /// The error rate of the whole family of tests of a section.
 pub const ALPHA: f64 = 0.05;
@@ -32,38 +40,6 @@ fn compared() -> [&'static Column; COMPARED.len()] {
     COMPARED.map(|name| metric_column(name).expect("a column of the table, as a test asserts"))
 }
 
-/// One test of two stacks.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Comparison {
-    /// The stack compared with.
-    pub reference: String,
-    /// The stack that is compared.
-    pub stack: String,
-    /// `success` or the column of a metric.
-    pub metric: &'static str,
-    /// The test.
-    pub test: &'static str,
-    /// Number of worlds that the test uses.
-    pub n: u64,
-    /// Number of informative worlds among them: those in which exactly one stack succeeded, or the metric differs.
-    pub informative: u64,
-    /// Mean of the reference on the worlds that the test uses; of success in per cent.
-    pub reference_mean: Option<f64>,
-    /// Mean of stack − reference; of success in percentage points.
-    pub difference: Option<f64>,
-    /// Its 95 % bootstrap interval; `None` without pairs.
-    pub interval: Option<(f64, f64)>,
-    /// Two-sided p-value.
-    pub p: f64,
-    /// The p-value after Holm's correction over the family of the section.
-    pub p_holm: f64,
-    /// Effect size: discordant odds ratio of stack to reference for success (infinite where only the stack won alone),
-    /// matched-pairs rank-biserial correlation for a metric.
-    pub effect: Option<f64>,
-    /// Whether too few worlds are informative for any result to be significant.
-    pub too_few: bool,
-}
-
 /// Analysis of one section.
 #[derive(Clone, Debug)]
 pub struct Report {
@@ -73,6 +49,8 @@ pub struct Report {
     pub stacks: Vec<SummaryRow>,
     /// The tests.
     pub comparisons: Vec<Comparison>,
+    /// The tests of equivalence that were asked for.
+    pub equivalences: Vec<EquivalenceTest>,
     /// Groups of stacks that the data cannot tell apart by success: the letters of each stack.
     pub letters: Vec<String>,
     /// Whether pairs of the same worlds were compared.
@@ -92,6 +70,18 @@ pub struct Pairing {
     pub all_pairs: bool,
     /// Whether Fisher's exact test and rank sums of independent samples are used, as in some papers, instead of pairs.
     pub unpaired: bool,
+    /// Margins up to which stacks count as equivalent; tests of equivalence are of pairs.
+    pub equivalent: Margins,
+}
+
+/// Name of what is compared: `success` or one of [`COMPARED`].
+///
+/// # Errors
+/// If nothing of that name is compared.
+pub fn compared_name(name: &str) -> Result<&'static str, NameError> {
+    let names: Vec<&'static str> = [SUCCESS].into_iter().chain(COMPARED).collect();
+    let known = names.iter().copied().find(|known| *known == name);
+    known.ok_or_else(|| NameError::unknown("metric", name, &names))
 }
 
 /// Analyses one section.
@@ -119,6 +109,8 @@ pub fn analyse(section: &Section, pairing: &Pairing) -> Result<Report, NameError
     let compare = if pairing.unpaired { compare_unpaired } else { compare_pairs };
     let mut comparisons: Vec<Comparison> = chosen.iter().flat_map(|&(a, b)| compare(&stacks[a], &stacks[b])).collect();
     correct(&mut comparisons);
+    let of_pairs = chosen.iter().map(|&(a, b)| (&stacks[a], &stacks[b]));
+    let equivalences = equivalence::test_equivalence(of_pairs, &pairing.equivalent);
 
     // The ranking is a family of its own: every pair of stacks by success.
     let p: Vec<f64> = pairs(stacks.len()).map(|(a, b)| mcnemar_exact(outcomes(&stacks[a], &stacks[b]))).collect();
@@ -128,137 +120,12 @@ pub fn analyse(section: &Section, pairing: &Pairing) -> Result<Report, NameError
         title: section.title.clone(),
         stacks: stacks.iter().filter_map(|stack| summarise_rows(stack.rows.values())).collect(),
         comparisons,
+        equivalences,
         letters,
         paired: !pairing.unpaired,
         distinct,
         copies,
     })
-}
-
-/// Corrects the p-values of one family, and marks the tests that could not become significant.
-fn correct(comparisons: &mut [Comparison]) {
-    if comparisons.is_empty() {
-        return;
-    }
-    let least = u64::from(informative_pairs_min(ALPHA, comparisons.len()));
-    let adjusted = holm(&comparisons.iter().map(|comparison| comparison.p).collect::<Vec<_>>());
-    for (comparison, p_holm) in comparisons.iter_mut().zip(adjusted) {
-        comparison.p_holm = p_holm;
-        comparison.too_few = comparison.informative < least;
-    }
-}
-
-/// Paired outcomes of two stacks on the worlds that both drove.
-fn outcomes(first: &StackRows, second: &StackRows) -> PairedOutcomes {
-    let (a, b): (Vec<bool>, Vec<bool>) =
-        first.shared(second).map(|(a, b)| (a.outcome.is_success(), b.outcome.is_success())).unzip();
-    PairedOutcomes::count(&a, &b)
-}
-
-/// The tests of one pair of stacks on the worlds that both drove.
-pub fn compare_pairs(reference: &StackRows, stack: &StackRows) -> Vec<Comparison> {
-    let table = outcomes(stack, reference);
-    let points: Vec<f64> = stack
-        .shared(reference)
-        .map(|(a, b)| {
-            100.0 * (f64::from(u8::from(a.outcome.is_success())) - f64::from(u8::from(b.outcome.is_success())))
-        })
-        .collect();
-    let blank = Comparison {
-        reference: reference.name.clone(),
-        stack: stack.name.clone(),
-        metric: "success",
-        test: "McNemar, exact",
-        n: table.pairs(),
-        informative: table.discordant(),
-        reference_mean: (table.pairs() > 0)
-            .then(|| 100.0 * (table.both + table.second_only) as f64 / table.pairs() as f64),
-        difference: mean(&points),
-        interval: bootstrap_interval(&points, Location::Mean, 0.95),
-        p: mcnemar_exact(table),
-        p_holm: 1.0,
-        effect: match (table.first_only, table.second_only) {
-            (0, 0) => None,
-            (_, 0) => Some(f64::INFINITY),
-            _ => discordant_odds_ratio(table),
-        },
-        too_few: false,
-    };
-    let metrics = compared().into_iter().map(|metric| {
-        let both = stack
-            .shared(reference)
-            .filter(|(a, b)| a.outcome.is_success() && b.outcome.is_success())
-            .filter_map(|(a, b)| Some((metric.number(&a.metrics)?, metric.number(&b.metrics)?)));
-        let (ours, theirs): (Vec<f64>, Vec<f64>) = both.unzip();
-        let differences = paired_differences(&ours, &theirs);
-        let test = signed_rank(&differences);
-        Comparison {
-            metric: metric.name,
-            test: "Wilcoxon, signed rank",
-            n: differences.len() as u64,
-            informative: test.ranked as u64,
-            reference_mean: mean(&theirs),
-            difference: mean(&differences),
-            interval: bootstrap_interval(&differences, Location::Mean, 0.95),
-            p: test.p,
-            effect: rank_biserial(&test),
-            ..blank.clone()
-        }
-    });
-    let metrics: Vec<Comparison> = metrics.collect();
-    [vec![blank], metrics].concat()
-}
-
-/// The tests of two stacks as if their worlds were independent.
-fn compare_unpaired(reference: &StackRows, stack: &StackRows) -> Vec<Comparison> {
-    let count = |stack: &StackRows| {
-        let feasible = stack.rows.values().filter(|row| row.outcome.is_rated());
-        let n = feasible.count() as u64;
-        (stack.successes(), n - stack.successes())
-    };
-    let ((a, b), (c, d)) = (count(stack), count(reference));
-    let rate = |yes: u64, no: u64| (yes + no > 0).then(|| 100.0 * yes as f64 / (yes + no) as f64);
-    let success = Comparison {
-        reference: reference.name.clone(),
-        stack: stack.name.clone(),
-        metric: "success",
-        test: "Fisher, exact",
-        n: a + b + c + d,
-        informative: a + b + c + d,
-        reference_mean: rate(c, d),
-        difference: rate(a, b).zip(rate(c, d)).map(|(ours, theirs)| ours - theirs),
-        interval: None,
-        p: fisher_exact([[a, b], [c, d]]),
-        p_holm: 1.0,
-        effect: (b * c > 0).then(|| (a * d) as f64 / (b * c) as f64),
-        too_few: false,
-    };
-    let values = |stack: &StackRows, metric: &Column| -> Vec<f64> {
-        let solved = stack.rows.values().filter(|row| row.outcome.is_success());
-        solved.filter_map(|row| metric.number(&row.metrics)).collect()
-    };
-    let metrics = compared().into_iter().map(|metric| {
-        let (ours, theirs) = (values(stack, metric), values(reference, metric));
-        let RankSum { first, second, p, .. } = rank_sum(&ours, &theirs);
-        let n = (ours.len() + theirs.len()) as u64;
-        Comparison {
-            metric: metric.name,
-            test: "rank sum",
-            n,
-            informative: n,
-            reference_mean: mean(&theirs),
-            difference: mean(&ours).zip(mean(&theirs)).map(|(ours, theirs)| ours - theirs),
-            p,
-            effect: (first + second > 0.0).then(|| (first - second) / (first + second)),
-            ..success.clone()
-        }
-    });
-    let metrics: Vec<Comparison> = metrics.collect();
-    [vec![success.clone()], metrics].concat()
-}
-
-fn mean(values: &[f64]) -> Option<f64> {
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Rows of result files, sorted into sections; rows are compared only within a section.
 
-use crate::results::{EPISODES_CSV, MANIFEST_JSON, Manifest, ReadError, Reader, ResultsError, Row, title};
+use crate::results::{EPISODES_CSV, Identity, MANIFEST_JSON, Manifest, ReadError, Reader, ResultsError, Row, title};
+use crate::scenario;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::BufReader;
@@ -15,8 +16,17 @@ pub struct Table {
     pub sections: Vec<Section>,
     /// Columns that are younger than the table, hence undefined in every row.
     pub missing: Vec<&'static str>,
-    /// Version of simrun that wrote it, by the manifest beside it; `None` without a readable one.
-    pub version: Option<String>,
+    /// Identity of the run, by the manifest beside it; `None` without a readable one.
+    pub identity: Option<Identity>,
+}
+
+impl Table {
+    /// Settings in which this run differs from an older one, each key with both values, in words; the number of episodes does not count.
+    /// Empty without the manifests of both.
+    pub fn settings_that_differ(&self, older: &Self) -> Vec<String> {
+        let (Some(old), Some(new)) = (&older.identity, &self.identity) else { return Vec::new() };
+        scenario::differences(&old.scenario, &new.scenario, &["episodes", "description"]).unwrap_or_default()
+    }
 }
 
 /// The rows of one file at one point of its sweep.
@@ -88,6 +98,12 @@ impl StackRows {
             .filter(|(a, b)| a.outcome.is_rated() && b.outcome.is_rated() && a.world_digest == b.world_digest)
     }
 
+    /// Whether every episode that both drove is in the same world, and there is one: then they are pairs.
+    pub fn is_of_same_worlds(&self, other: &Self) -> bool {
+        let mut both = self.rows.iter().filter_map(|(world, row)| Some((row, other.rows.get(world)?))).peekable();
+        both.peek().is_some() && both.all(|(a, b)| a.world_digest == b.world_digest)
+    }
+
     /// Number of successes.
     pub fn successes(&self) -> u64 {
         self.rows.values().filter(|row| row.outcome.is_success()).count() as u64
@@ -118,11 +134,11 @@ pub enum TableError {
     },
 }
 
-/// The version of simrun that the manifest beside a table names.
-fn version_beside(table: &Path) -> Option<String> {
+/// The identity that the manifest beside a table holds.
+fn identity_beside(table: &Path) -> Option<Identity> {
     let manifest = std::fs::read(table.with_file_name(MANIFEST_JSON)).ok()?;
     let manifest: Manifest = serde_json::from_slice(&manifest).ok()?;
-    Some(manifest.identity.version)
+    Some(manifest.identity)
 }
 
 /// Reads an `episodes.csv` of this version or an older one into one section per point; of a folder, the `episodes.csv` in it.
@@ -182,6 +198,6 @@ pub fn read_table(path: &Path) -> Result<Table, TableError> {
         let values = title(std::iter::once(section.swept.as_slice()));
         section.title = if values.is_empty() { shown.to_string() } else { format!("{shown}: {values}") };
     }
-    let version = version_beside(&path);
-    Ok(Table { sections, missing, version, path })
+    let identity = identity_beside(&path);
+    Ok(Table { sections, missing, identity, path })
 }

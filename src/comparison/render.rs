@@ -1,8 +1,11 @@
 //! Reports as text, Markdown and CSV.
 
-use super::{COMPARED, Comparison, Report};
+use super::pair::SUCCESS;
+use super::{ALPHA, COMPARED, Comparison, EquivalenceTest, Report};
+use crate::analysis::Ratio;
 use crate::episode::Outcome;
-use crate::results::{Rate, Statistics};
+use crate::math;
+use crate::results::{Rate, Statistics, SummaryRow};
 use crate::settings::quantity::counted;
 use std::fmt::Write as _;
 
@@ -51,6 +54,23 @@ pub fn table(rows: &[Vec<String>], left: usize, format: Format) -> String {
     text
 }
 
+/// Success in per cent with its 95 % interval.
+pub(super) fn success(row: &SummaryRow) -> String {
+    row.success.map_or_else(
+        || "-".to_owned(),
+        |Rate { rate, low, high }| format!("{:.1} [{:.1}, {:.1}]", 100.0 * rate, 100.0 * low, 100.0 * high),
+    )
+}
+
+/// The line about episodes that do not count.
+pub(super) fn copies_left_out(copies: u64, distinct: u64) -> String {
+    format!(
+        "{} left out: nothing in them is random, so they are copies of the {distinct} that {}.\n",
+        counted(copies, "episode"),
+        if distinct == 1 { "counts; one world is no sample, and nothing is tested" } else { "count" }
+    )
+}
+
 fn section(report: &Report, format: Format) -> String {
     let heading = |text: &str| match format {
         Format::Markdown => format!("### {text}\n\n"),
@@ -61,7 +81,7 @@ fn section(report: &Report, format: Format) -> String {
         Format::Text | Format::Csv => format!("{}\n\n", report.title),
     };
     text += &heading(
-        "Each stack by itself (success of all episodes; the rest of the successful ones: mean ± sd, median [quartiles])",
+        "Each stack by itself (success of all episodes; the rest of the successful ones: mean ± sd, median; quartiles are in summary.csv)",
     );
     let mut rows = vec![vec!["stack".to_owned(), "n".to_owned(), "success % [95 %]".to_owned(), "group".to_owned()]];
     let endings: Vec<usize> =
@@ -69,17 +89,13 @@ fn section(report: &Report, format: Format) -> String {
     rows[0].extend(endings.iter().map(|&k| Outcome::NAMES[k].to_owned()));
     rows[0].extend(COMPARED.map(str::to_owned));
     for (stack, letters) in report.stacks.iter().zip(&report.letters) {
-        let success = stack.success.map_or_else(
-            || "-".to_owned(),
-            |Rate { rate, low, high }| format!("{:.1} [{:.1}, {:.1}]", 100.0 * rate, 100.0 * low, 100.0 * high),
-        );
-        let mut row = vec![stack.stack.clone(), stack.rated.to_string(), success, letters.clone()];
+        let mut row = vec![stack.stack.clone(), stack.rated.to_string(), success(stack), letters.clone()];
         row.extend(endings.iter().map(|&k| stack.outcomes[k].to_string()));
         row.extend(COMPARED.iter().map(|metric| {
-            let Statistics { n, mean, sd, median, q1, q3 } = *stack.metric(metric);
+            let Statistics { n, mean, sd, median, .. } = *stack.metric(metric);
             let shown = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
-            let [mean, sd, median, q1, q3] = [mean, sd, median, q1, q3].map(shown);
-            if n == 0 { mean } else { format!("{mean} ± {sd}, {median} [{q1}, {q3}]") }
+            let [mean, sd, median] = [mean, sd, median].map(shown);
+            if n == 0 { mean } else { format!("{mean} ± {sd}, {median}") }
         }));
         rows.push(row);
     }
@@ -87,12 +103,8 @@ fn section(report: &Report, format: Format) -> String {
     text +=
         "\nStacks that share a letter are not told apart by success (exact McNemar tests of all pairs, Holm, 5 %).\n\n";
     if report.copies > 0 {
-        text += &format!(
-            "{} left out: nothing in them is random, so they are copies of the {} that {}.\n\n",
-            counted(report.copies, "episode"),
-            report.distinct,
-            if report.distinct == 1 { "counts; one world is no sample, and nothing is tested" } else { "count" }
-        );
+        text += &copies_left_out(report.copies, report.distinct);
+        text += "\n";
     }
     if report.comparisons.is_empty() {
         return text;
@@ -102,60 +114,208 @@ fn section(report: &Report, format: Format) -> String {
     } else {
         "Compared as independent samples (the same worlds would allow pairs, which tell more)"
     });
-    text += &table(&comparison_rows(&report.comparisons), 3, format);
+    text += &comparison_table(&report.comparisons, format);
     text += if report.paired {
-        "\ndifference: stack − reference, success in percentage points, with its 95 % bootstrap interval; p: two-sided; Holm: corrected over \
-         all tests of this table;\neffect: odds of winning alone for success, rank-biserial correlation for the rest.\n"
+        "\ndifference: mean of stack − reference with its 95 % bootstrap interval, success in percentage points; Hodges–Lehmann: the typical difference, which\n\
+         belongs to the rank test, with its 95 % interval; ratio: mean of the stack / mean of the reference; p: two-sided; Holm: corrected over all tests\n\
+         of this table; effect: odds of winning alone for success, rank-biserial correlation for the rest.\n"
     } else {
-        "\ndifference: stack − reference, success in percentage points; p: two-sided; Holm: corrected over all tests of this table; effect: \
-         odds ratio for success,\nrank-biserial correlation for the rest.\n"
+        "\ndifference: stack − reference, success in percentage points; Hodges–Lehmann: the shift that belongs to the rank test, with its 95 % interval;\n\
+         p: two-sided; Holm: corrected over all tests of this table; effect: odds ratio for success, rank-biserial correlation for the rest.\n"
     };
+    if report.paired {
+        text += &detectable(&report.comparisons);
+    }
     if report.comparisons.iter().any(|comparison| comparison.too_few) {
         text += "too few: even if all worlds that tell pointed one way, the test could not be significant: run more episodes.\n";
+    }
+    if !report.equivalences.is_empty() {
+        text += "\n";
+        text += &heading("Equivalent up to a margin? (two one-sided tests at 5 %; difference with its 90 % interval)");
+        text += &table(&equivalence_rows(&report.equivalences), 3, format);
     }
     text + "\n"
 }
 
-/// The tests as cells, with their head.
+/// What differences the worlds of a table can show.
+fn detectable(comparisons: &[Comparison]) -> String {
+    let alpha = ALPHA / comparisons.len() as f64;
+    let (mut shown, mut never) = (Vec::new(), Vec::new());
+    for metric in [SUCCESS].into_iter().chain(COMPARED) {
+        let tests = comparisons.iter().filter(|test| test.metric == metric && test.spread.is_some());
+        let found: Vec<Option<f64>> = tests.map(|test| test.detectable(alpha)).collect();
+        let known: Vec<f64> = found.iter().flatten().copied().collect();
+        let (low, high) =
+            (known.iter().copied().fold(f64::INFINITY, math::min), known.iter().copied().fold(0.0, math::max));
+        let unit = if metric == SUCCESS { " points" } else { "" };
+        let (least, most) = (digits(metric, low), digits(metric, high));
+        if found.contains(&None) {
+            never.push(metric);
+        } else if !known.is_empty() {
+            shown.push(if least == most {
+                format!("{metric} {most}{unit}")
+            } else {
+                format!("{metric} {least} to {most}{unit}")
+            });
+        }
+    }
+    if !never.is_empty() {
+        shown.push(format!("not any of {}", never.join(", ")));
+    }
+    if shown.is_empty() {
+        return String::new();
+    }
+    format!("Smallest difference that so many worlds show (power 80 %, after Holm): {}.\n", shown.join("; "))
+}
+
+/// Three digits or so of a number that is not negative.
+fn digits(metric: &str, value: f64) -> String {
+    format!("{value:.*}", decimals(metric, value))
+}
+
+/// Decimals that leave about three digits; success has one.
+fn decimals(metric: &str, largest: f64) -> usize {
+    if metric == SUCCESS || largest >= 10.0 {
+        1
+    } else if largest >= 1.0 {
+        2
+    } else {
+        3
+    }
+}
+
+/// A number with its sign and so many decimals; what rounds to 0 is +0.
+fn signed(x: f64, places: usize) -> String {
+    let text = format!("{x:+.places$}");
+    if text.contains(|c: char| ('1'..='9').contains(&c)) { text } else { format!("{:+.places$}", 0.0) }
+}
+
+/// A difference with its interval, as many decimals in all three.
+pub(super) fn with_interval(metric: &str, value: Option<f64>, interval: Option<(f64, f64)>) -> String {
+    let Some(value) = value else { return "-".to_owned() };
+    let (low, high) = interval.unwrap_or((value, value));
+    let places = decimals(metric, [value, low, high].into_iter().fold(0.0, |most, x| math::max(most, x.abs())));
+    let shown = |x: f64| signed(x, places);
+    match interval {
+        Some(_) => format!("{} [{}, {}]", shown(value), shown(low), shown(high)),
+        None => shown(value),
+    }
+}
+
+/// The tests as cells, with their head. The reference has a column only where there are several, and is not
+/// the stack of an older run.
 fn comparison_rows(comparisons: &[Comparison]) -> Vec<Vec<String>> {
-    let head =
-        ["stack", "reference", "metric", "n", "informative", "difference", "95 % interval", "p", "Holm", "effect", ""];
+    let is_one = comparisons.windows(2).all(|pair| pair[0].reference == pair[1].reference)
+        || comparisons.iter().all(|test| test.reference == test.stack);
+    let is_unpaired = comparisons.iter().all(|comparison| comparison.ratio.is_none() && comparison.interval.is_none());
+    let head = [
+        "stack",
+        "reference",
+        "metric",
+        "n (informative)",
+        if is_unpaired { "difference" } else { "difference [95 %]" },
+        "Hodges–Lehmann [95 %]",
+        "ratio [95 %]",
+        "p",
+        "Holm",
+        "effect",
+        "",
+    ];
     let mut rows = vec![head.map(str::to_owned).to_vec()];
-    let real = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"));
     for c in comparisons {
-        let verdict = match (c.too_few, c.p_holm <= super::ALPHA) {
-            (true, _) => "too few",
-            (false, true) => "differs",
-            (false, false) => "",
-        };
         rows.push(vec![
             c.stack.clone(),
             c.reference.clone(),
             c.metric.to_owned(),
-            c.n.to_string(),
-            c.informative.to_string(),
-            c.difference.map_or_else(|| "-".to_owned(), |value| format!("{value:+.3}")),
-            c.interval.map_or_else(|| "-".to_owned(), |(low, high)| format!("[{low:+.3}, {high:+.3}]")),
+            format!("{} ({})", c.n, c.informative),
+            with_interval(c.metric, c.difference, c.interval),
+            with_interval(c.metric, c.shift, c.shift_interval),
+            c.ratio.map_or_else(
+                || "-".to_owned(),
+                |Ratio { ratio, interval: (low, high) }| format!("{ratio:.3} [{low:.3}, {high:.3}]"),
+            ),
             p_value(c.p),
             p_value(c.p_holm),
-            real(c.effect),
-            verdict.to_owned(),
+            c.effect.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}")),
+            verdict(c).to_owned(),
+        ]);
+    }
+    let dropped = [(1, is_one), (6, is_unpaired)].into_iter().filter(|(_, is_dropped)| *is_dropped);
+    for (column, _) in dropped.collect::<Vec<_>>().into_iter().rev() {
+        rows.iter_mut().for_each(|row| drop(row.remove(column)));
+    }
+    rows
+}
+
+fn verdict(test: &Comparison) -> &'static str {
+    match (test.too_few, test.p_holm <= ALPHA) {
+        (true, _) => "too few",
+        (false, true) => "differs",
+        (false, false) => "",
+    }
+}
+
+/// The tests as a table. A reference that all share is named above it.
+pub fn comparison_table(comparisons: &[Comparison], format: Format) -> String {
+    let rows = comparison_rows(comparisons);
+    let reference = comparisons.first().map_or("", |first| &first.reference);
+    let is_one = comparisons.iter().all(|test| test.reference == reference && test.stack != reference);
+    let end = if format == Format::Markdown { "\n\n" } else { "\n" };
+    let title = if is_one { format!("reference: {reference}{end}") } else { String::new() };
+    title + &table(&rows, if rows[0][1] == "reference" { 3 } else { 2 }, format)
+}
+
+fn equivalence_rows(tests: &[EquivalenceTest]) -> Vec<Vec<String>> {
+    let head = ["stack", "reference", "metric", "n", "margin", "90 % interval", "p", "Holm", "verdict"];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    for test in tests {
+        let margin = format!("±{}", digits(test.metric, test.margin));
+        let interval = test.interval.map_or_else(
+            || "-".to_owned(),
+            |(low, high)| {
+                let places = decimals(test.metric, math::max(low.abs(), high.abs()));
+                format!("[{}, {}]", signed(low, places), signed(high, places))
+            },
+        );
+        rows.push(vec![
+            test.stack.clone(),
+            test.reference.clone(),
+            test.metric.to_owned(),
+            test.n.to_string(),
+            margin.clone(),
+            interval,
+            p_value(test.p),
+            p_value(test.p_holm),
+            if test.is_shown() { format!("equivalent within {margin}") } else { "not shown".to_owned() },
         ]);
     }
     rows
 }
 
-/// The tests as aligned text.
-pub fn comparison_table(comparisons: &[Comparison]) -> String {
-    table(&comparison_rows(comparisons), 3, Format::Text)
-}
-
-fn p_value(p: f64) -> String {
+pub(super) fn p_value(p: f64) -> String {
     if p < 1e-4 { format!("{p:.1e}") } else { format!("{p:.4}") }
 }
 
-fn csv(reports: &[Report]) -> String {
+/// A number of a CSV, empty if undefined.
+pub(super) fn real(value: Option<f64>) -> String {
+    value.map_or_else(String::new, |value| value.to_string())
+}
+
+/// The ends of an interval in a CSV.
+pub(super) fn ends(interval: Option<(f64, f64)>) -> [String; 2] {
+    [real(interval.map(|(low, _)| low)), real(interval.map(|(_, high)| high))]
+}
+
+pub(super) fn csv_text(lines: &[Vec<String>]) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
+    for line in lines {
+        // Writing to memory does not fail.
+        let _ = writer.write_record(line);
+    }
+    String::from_utf8_lossy(&writer.into_inner().unwrap_or_default()).into_owned()
+}
+
+fn csv(reports: &[Report]) -> String {
     let head = [
         "section",
         "stack",
@@ -171,12 +331,28 @@ fn csv(reports: &[Report]) -> String {
         "p_holm",
         "effect",
         "too_few",
+        "shift",
+        "shift_low",
+        "shift_high",
+        "ratio",
+        "ratio_low",
+        "ratio_high",
+        "detectable",
+        "margin",
+        "equivalence_low",
+        "equivalence_high",
+        "equivalence_p",
+        "equivalence_p_holm",
     ];
-    let mut lines = vec![head.map(str::to_owned)];
-    let real = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value}"));
+    let mut lines = vec![head.map(str::to_owned).to_vec()];
     for report in reports {
+        let alpha = ALPHA / math::max(report.comparisons.len() as f64, 1.0);
         for c in &report.comparisons {
-            lines.push([
+            let of_same = |test: &&EquivalenceTest| {
+                (&test.stack, &test.reference, test.metric) == (&c.stack, &c.reference, c.metric)
+            };
+            let equivalence = report.equivalences.iter().find(of_same);
+            let mut line = vec![
                 report.title.clone(),
                 c.stack.clone(),
                 c.reference.clone(),
@@ -185,18 +361,17 @@ fn csv(reports: &[Report]) -> String {
                 c.n.to_string(),
                 c.informative.to_string(),
                 real(c.difference),
-                real(c.interval.map(|(low, _)| low)),
-                real(c.interval.map(|(_, high)| high)),
-                c.p.to_string(),
-                c.p_holm.to_string(),
-                real(c.effect),
-                c.too_few.to_string(),
-            ]);
+            ];
+            line.extend(ends(c.interval));
+            line.extend([c.p.to_string(), c.p_holm.to_string(), real(c.effect), c.too_few.to_string(), real(c.shift)]);
+            line.extend(ends(c.shift_interval));
+            line.push(real(c.ratio.map(|ratio| ratio.ratio)));
+            line.extend(ends(c.ratio.map(|ratio| ratio.interval)));
+            line.extend([real(c.detectable(alpha)), real(equivalence.map(|test| test.margin))]);
+            line.extend(ends(equivalence.and_then(|test| test.interval)));
+            line.extend([real(equivalence.map(|test| test.p)), real(equivalence.map(|test| test.p_holm))]);
+            lines.push(line);
         }
     }
-    for line in lines {
-        // Writing to memory does not fail.
-        let _ = writer.write_record(&line);
-    }
-    String::from_utf8_lossy(&writer.into_inner().unwrap_or_default()).into_owned()
+    csv_text(&lines)
 }

@@ -97,6 +97,12 @@ fn an_example_worked_by_hand_in_three_formats() {
     assert_eq!((field(&csv, "success", "p"), field(&csv, "success", "n")), ("0.25".into(), "10".into()));
     assert_eq!((field(&csv, "length_m", "p"), field(&csv, "length_m", "n")), ("0.03125".into(), "6".into()));
     assert_eq!(field(&csv, "length_m", "difference"), "-3.5");
+    // The averages of pairs of −1 … −6 are symmetric around −3.5; the interval of six numbers is all of them. 39 m of 60 m.
+    let of_length = |name| field(&csv, "length_m", name);
+    assert_eq!(["shift", "shift_low", "shift_high", "ratio"].map(of_length), ["-3.5", "-6", "-1", "0.65"]);
+    // (2.497705 + 0.841621) √3.5 / √(6 − 2.497705² / 2), at a quarter of five per cent.
+    let detectable: f64 = of_length("detectable").parse().unwrap();
+    assert!((detectable - 3.339_326 * 3.5f64.sqrt() / (6.0f64 - 3.119_265).sqrt()).abs() < 1e-5, "{detectable}");
     // The family has four tests; clearances are not there, so that their p is 1. Holm: 4 · 0.03125 for both length and time.
     assert_eq!(field(&csv, "length_m", "p_holm"), "0.125");
 
@@ -225,4 +231,100 @@ episodes: 20\n"
     simrun(scratch.path()).args(["fixed.yaml", "--quiet", "--out", "noisy"]).args(noisy).ends_with(0);
     let said = simrun(scratch.path()).args(["analyze", "noisy"]).ends_with(0).stdout;
     assert!(!said.contains("left out") && said.contains("differs"), "{said}");
+}
+
+#[test]
+fn equivalence_is_shown_where_the_interval_is_inside_of_the_margin() {
+    let scratch = tempfile::tempdir().unwrap();
+    let first: Vec<Option<f64>> = (0..40).map(|k| Some(20.0 + f64::from(k))).collect();
+    let second: Vec<Option<f64>> = (0..40).map(|k| Some(20.0 + f64::from(k) + 0.25 * f64::from(k % 3 - 1))).collect();
+    let file = two(scratch.path(), "alike.csv", &first, &second);
+    let (text, _, code) = analyze(&["--equivalent", "length_m=1%", "--equivalent", "time_s=0.05"], &[&file]);
+    assert!(code == 0 && text.contains("equivalent within ±0.395"), "{text}");
+    assert_eq!(text.matches("not shown").count(), 1, "{text}");
+    let (csv, ..) = analyze(&["--equivalent", "length_m=1%", "--format", "csv"], &[&file]);
+    assert_eq!(field(&csv, "length_m", "margin"), "0.395");
+    assert_eq!(field(&csv, "time_s", "margin"), "");
+    let p: f64 = field(&csv, "length_m", "equivalence_p").parse().unwrap();
+    assert!(p > 0.0 && p < 1e-6, "{p}");
+    for (margin, said) in
+        [("length_m=0", "above 0"), ("lenght_m=1", "did you mean `length_m`?"), ("length_m", "METRIC=VALUE")]
+    {
+        let (_, error, code) = analyze(&["--equivalent", margin], &[&file]);
+        assert!(code == 2 && error.contains(said), "{error}");
+    }
+}
+
+/// Rows of one stack at points with these values of one key and lengths; the world of an episode has the same digest at every point.
+fn sweep(file: &Path, points: &[(&str, Vec<Option<f64>>)]) {
+    let rows = points.iter().enumerate().flat_map(|(point, (value, lengths))| {
+        lengths.iter().enumerate().map(move |(i, &length)| Row {
+            point: point as u32,
+            swept: vec![(*value).to_owned()],
+            ..row("first", i as u64, length)
+        })
+    });
+    write(file, &["stacks.local.dwa.horizon_s".to_owned()], &rows.collect::<Vec<Row>>());
+}
+
+#[test]
+fn the_points_of_a_sweep_are_ranked_and_tested_against_the_best() {
+    let scratch = tempfile::tempdir().unwrap();
+    let file = scratch.path().join("sweep.csv");
+    let lengths = |add: f64| (0..30).map(|k| Some(20.0 + f64::from(k) + add)).collect::<Vec<_>>();
+    let mut failing = lengths(-1.0);
+    failing[..12].fill(None);
+    sweep(&file, &[("1", failing), ("2.5", lengths(0.0)), ("4", lengths(2.0))]);
+    let (csv, error, code) = analyze(&["--compare-points", "--format", "csv"], &[&file]);
+    assert_eq!((code, error.as_str()), (0, ""));
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let header = reader.headers().unwrap().clone();
+    let lines: Vec<_> = reader.records().map(Result::unwrap).collect();
+    let of = |rank: usize, name: &str| lines[rank][header.iter().position(|found| found == name).unwrap()].to_owned();
+    assert_eq!([0, 1, 2].map(|rank| of(rank, "stacks.local.dwa.horizon_s")), ["2.5", "4", "1"]);
+    assert_eq!([0, 1, 2].map(|rank| of(rank, "group")), ["a", "a", "b"]);
+    assert_eq!((of(1, "time_s_shift"), of(0, "time_s_shift")), ("2".to_owned(), String::new()));
+    // McNemar: twelve worlds that one alone solves. Of four tests two p-values are smaller: 2 · 2 · 2⁻¹² or more by Holm.
+    let p: f64 = of(2, "success_p").parse().unwrap();
+    assert!((p - 2.0 / 4096.0).abs() < 1e-12);
+    assert_eq!(of(2, "success_p_holm").parse::<f64>().unwrap(), 2.0 * p);
+
+    let (text, ..) = analyze(&["--compare-points"], &[&file]);
+    assert!(text.contains("--set 'sweep={}' --set stacks.local.dwa.horizon_s=2.5 --stack first"), "{text}");
+    assert!(text.contains("are told apart by these worlds: time_s by +2.000"), "{text}");
+    let (markdown, ..) = analyze(&["--compare-points", "--format", "markdown", "--metrics", "length_m"], &[&file]);
+    assert!(markdown.contains("length_m − best") && !markdown.contains("time_s − best"), "{markdown}");
+    // Without it, points are sections; a CSV of tests has none, and that is said.
+    let (_, error, _) = analyze(&["--format", "csv"], &[&file]);
+    assert!(error.contains("--compare-points"), "{error}");
+
+    sweep(&file, &[("1", lengths(0.0))]);
+    let (_, error, code) = analyze(&["--compare-points"], &[&file]);
+    assert!(code == 2 && error.contains("one setting alone"), "{error}");
+    let (_, _, code) = analyze(&["--metrics", "time_s"], &[&file]);
+    assert_eq!(code, 2, "metrics belong to a mode");
+}
+
+#[test]
+fn a_baseline_of_another_scenario_is_named_with_its_keys() {
+    let scratch = tempfile::tempdir().unwrap();
+    let text = "name: gated\nmap: {empty: {cols: 12, rows: 10, resolution_m: 0.5}}\nstacks: [{global: none, local: pure_pursuit}]\nepisodes: 8\n";
+    fs::write(scratch.path().join("gated.yaml"), text).unwrap();
+    let run = |out: &str, set: &[&str]| {
+        simrun(scratch.path()).args(["gated.yaml", "--quiet", "--out", out]).args(set).ends_with(0)
+    };
+    run("old", &[]);
+    run("new", &["--set", "limits.speed_max_mps=0.75", "--episodes", "9"]);
+    let said =
+        simrun(scratch.path()).args(["analyze", "new", "--baseline", "old", "--margin", "time_s=90%"]).answer().stdout;
+    let (_, after) = said.split_once("The scenario is not that of the baseline").expect(&said);
+    assert!(
+        after
+            .lines()
+            .nth(1)
+            .is_some_and(|line| line.starts_with("  `limits.speed_max_mps`: ") && line.ends_with("0.75 here")),
+        "{said}"
+    );
+    let said = simrun(scratch.path()).args(["analyze", "old", "--baseline", "old"]).answer().stdout;
+    assert!(!said.contains("scenario"), "{said}");
 }

@@ -1,0 +1,123 @@
+//! The ranking of a sweep's settings as text, Markdown and CSV.
+
+use super::pair::SUCCESS;
+use super::render::{copies_left_out, csv_text, ends, p_value, real, success, table, with_interval};
+use super::{Format, PointRanking};
+use crate::results::Rate;
+use crate::settings::quantity::counted;
+
+/// The settings of a sweep, best first, with the tests against the best.
+pub fn render_points(ranking: &PointRanking, format: Format) -> String {
+    if format == Format::Csv {
+        return points_csv(ranking);
+    }
+    let mut text = match format {
+        Format::Markdown => format!("## {}\n\n### Settings, best first\n\n", ranking.title),
+        Format::Text | Format::Csv => format!("{}\n\nSettings, best first\n", ranking.title),
+    };
+    let keys: Vec<String> = ranking.keys.iter().map(|key| short_key(key, &ranking.keys)).collect();
+    let is_one_stack = ranking.ranked.windows(2).all(|pair| pair[0].summary.stack == pair[1].summary.stack);
+    let mut head: Vec<String> = ["", "point"].map(str::to_owned).to_vec();
+    if !is_one_stack {
+        head.push("stack".to_owned());
+    }
+    head.extend(keys);
+    head.extend(["n", "success % [95 %]", "group", "time_s"].map(str::to_owned));
+    for metric in &ranking.metrics {
+        head.extend([format!("{metric} − best"), "Holm".to_owned()]);
+    }
+    let mut rows = vec![head];
+    for (index, point) in ranking.ranked.iter().enumerate() {
+        let mut row = vec![(index + 1).to_string(), point.point.to_string()];
+        if !is_one_stack {
+            row.push(point.summary.stack.clone());
+        }
+        row.extend(point.values.iter().map(|value| if value.is_empty() { "-".to_owned() } else { value.clone() }));
+        let time = point.summary.metric("time_s").mean.map_or_else(|| "-".to_owned(), |mean| format!("{mean:.2}"));
+        row.extend([point.summary.rated.to_string(), success(&point.summary), point.letters.clone(), time]);
+        for metric in &ranking.metrics {
+            row.extend(match point.tests.iter().find(|test| test.metric == *metric) {
+                None => ["", ""].map(str::to_owned),
+                Some(test) if test.metric == SUCCESS => {
+                    [with_interval(metric, test.difference, None), p_value(test.p_holm)]
+                }
+                Some(test) => [with_interval(metric, test.shift, test.shift_interval), p_value(test.p_holm)],
+            });
+        }
+        rows.push(row);
+    }
+    text += &table(&rows, 0, format);
+    text += &format!(
+        "\nSettings that share a letter are not told apart by success (exact tests of all pairs, Holm, 5 %). {} − best: success in percentage points, the\n\
+         rest the Hodges–Lehmann estimate with its 95 % interval, where both arrived; Holm: p-value corrected over all {} of this table.\n",
+        ranking.metrics.join(", "),
+        counted(ranking.ranked.iter().map(|point| point.tests.len() as u64).sum(), "test"),
+    );
+    if ranking.copies > 0 {
+        text += &copies_left_out(ranking.copies, ranking.distinct);
+    }
+    let others: Vec<String> =
+        ranking.ranked.iter().filter(|point| !point.is_paired).map(|point| point.point.to_string()).collect();
+    if !others.is_empty() {
+        text += &format!(
+            "In other worlds than the best, hence compared as independent samples (Fisher's exact test, rank sums): points {}.\n",
+            others.join(", ")
+        );
+    }
+    let needed = ranking.worlds_needed();
+    if !needed.is_empty() {
+        text += &format!("{needed}\n");
+    }
+    let arguments = ranking.best_arguments();
+    let command = format!("simrun SCENARIO {arguments} --seed NEW --out best");
+    text += "The best was chosen by these worlds, so its figures are too good on average; drive it in others:\n";
+    text += &match format {
+        Format::Markdown => format!("\n```sh\n{command}\n```\n\n"),
+        Format::Text | Format::Csv => format!("    {command}\n\n"),
+    };
+    text
+}
+
+/// The last part of a key where no other key ends alike, else the whole.
+fn short_key(key: &str, keys: &[String]) -> String {
+    let last = |key: &str| key.rsplit('.').next().unwrap_or_default().to_owned();
+    let alike = keys.iter().filter(|other| last(other) == last(key)).count();
+    if alike == 1 { last(key) } else { key.to_owned() }
+}
+
+fn points_csv(ranking: &PointRanking) -> String {
+    let mut head: Vec<String> = ["rank", "point", "stack"].map(str::to_owned).to_vec();
+    head.extend(ranking.keys.iter().cloned());
+    head.extend(
+        ["n", "success_rate", "success_rate_low", "success_rate_high", "group", "time_s_mean"].map(str::to_owned),
+    );
+    for metric in &ranking.metrics {
+        let columns = ["test", "n", "difference", "low", "high", "shift", "shift_low", "shift_high", "p", "p_holm"];
+        head.extend(columns.map(|column| format!("{metric}_{column}")));
+    }
+    let mut lines = vec![head];
+    for (index, point) in ranking.ranked.iter().enumerate() {
+        let mut line = vec![(index + 1).to_string(), point.point.to_string(), point.summary.stack.clone()];
+        line.extend(point.values.iter().cloned());
+        line.push(point.summary.rated.to_string());
+        line.extend(point.summary.success.map_or_else(
+            || vec![String::new(); 3],
+            |Rate { rate, low, high }| [rate, low, high].map(|x| x.to_string()).to_vec(),
+        ));
+        line.extend([point.letters.clone(), real(point.summary.metric("time_s").mean)]);
+        for metric in &ranking.metrics {
+            match point.tests.iter().find(|test| test.metric == *metric) {
+                None => line.extend(vec![String::new(); 10]),
+                Some(test) => {
+                    line.extend([test.test.to_owned(), test.n.to_string(), real(test.difference)]);
+                    line.extend(ends(test.interval));
+                    line.push(real(test.shift));
+                    line.extend(ends(test.shift_interval));
+                    line.extend([test.p.to_string(), test.p_holm.to_string()]);
+                }
+            }
+        }
+        lines.push(line);
+    }
+    csv_text(&lines)
+}
