@@ -163,6 +163,7 @@ impl LocalPlanner for Planner {
             });
             return Ok(self.window.decide(best, situation, target));
         }
+        let target = params.target.point(situation, guidance);
         let rollouts = self.window.roll(situation, &Aim::ON);
         let terms = params.terms(rollouts, situation, target);
         let mut score = self.score.over(rollouts);

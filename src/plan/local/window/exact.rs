@@ -7,7 +7,7 @@
 
 use super::lanes::{LANES, Lane};
 use super::rollout::Track;
-use super::{DistanceMode, Gaps, positive_sqrt};
+use super::{DistanceMode, Gaps, Settings, positive_sqrt};
 use crate::geometry::Vec2;
 use crate::math;
 use crate::plan::clearance::Obstacles;
@@ -33,14 +33,15 @@ pub(super) struct Exact<'a> {
 }
 
 impl<'a> Exact<'a> {
-    pub(super) fn new(situation: &'a Situation<'_>, pitch_m: f64, cap_m: f64, mode: DistanceMode) -> Self {
+    pub(super) fn new(situation: &'a Situation<'_>, pitch_m: f64, cap_m: f64, settings: &Settings) -> Self {
         let (belief, radius_m) = (situation.belief, situation.robot.radius_m);
         let obstacles = Obstacles::new(belief.grid(), belief.field());
         let origin = situation.pose.position;
-        let limit_m = cap_m + radius_m;
+        let limit_m = math::max(cap_m, settings.room_m) + radius_m;
         let here_m = obstacles.clearance(origin, limit_m);
-        let touch_m = if here_m > 0.0 { math::min(here_m - SLACK_M, radius_m) } else { radius_m };
-        Self { obstacles, origin, pitch_m, radius_m, touch_m, limit_m, mode }
+        let near_m = radius_m + settings.room_m;
+        let touch_m = if here_m > 0.0 { math::min(here_m - SLACK_M, near_m) } else { near_m };
+        Self { obstacles, origin, pitch_m, radius_m, touch_m, limit_m, mode: settings.distance_mode }
     }
 
     /// The gaps of the candidates of a block; `squares` are lower bounds of the squared distances, in units of pitch².

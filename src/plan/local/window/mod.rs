@@ -43,8 +43,8 @@ pub use rollouts::{Clearance, Rollouts};
 pub use sampling::{SAMPLES_MAX, Spacing, Window};
 pub use score::{Score, Scoring};
 pub use settings::{BrakingDistance, BrakingTurn, DistanceMode, Normalise, Prediction, Settings};
-pub use terms::HeadingAt;
 pub(crate) use terms::Terms;
+pub use terms::{HeadingAt, Target};
 
 use crate::geometry::convex::{self, Polygon, turned};
 use crate::geometry::{Pose, Twist, Vec2, direction};
@@ -369,7 +369,7 @@ impl DynamicWindow {
         }
         let (cap, limited) = ((cap_m / pitch_m) as f32, |gap: f32| math::clamp(f64::from(gap) * pitch_m, 0.0, cap_m));
         let count = self.rollouts.twists.len();
-        let exact = self.is_exact(robot).then(|| Exact::new(situation, pitch_m, cap_m, self.settings.distance_mode));
+        let exact = self.is_exact(robot).then(|| Exact::new(situation, pitch_m, cap_m, &self.settings));
         self.squares.resize(if exact.is_some() { steps } else { 0 }, [0.0; LANES]);
         for (number, block) in self.blocks.iter().enumerate() {
             let (mut statics, driven) = if let Some(exact) = &exact {

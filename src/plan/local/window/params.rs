@@ -40,6 +40,8 @@ macro_rules! window_params {
             pub dist_mode: $crate::plan::local::window::DistanceMode,
             /// Clearance above which a rollout is no better, m. Default 0.3.
             pub d_cap_m: $crate::settings::quantity::Positive,
+            /// What heading and pull aim at with `normalise: sum`. Default `sub_goal`.
+            pub target: $crate::plan::local::window::Target,
             /// Where the heading of a rollout is judged with `normalise: sum`; with `fixed` on arrival. Default `arrival`.
             pub heading_at: $crate::plan::local::window::HeadingAt,
             /// The distance in which the robot must be able to stop. Default `arc`.
@@ -73,6 +75,7 @@ macro_rules! window_params {
                     prediction: window::Prediction::Arc,
                     dist_mode: window::DistanceMode::PathMin,
                     d_cap_m: Positive::new(0.3),
+                    target: window::Target::SubGoal,
                     heading_at: window::HeadingAt::Arrival,
                     va_distance: window::BrakingDistance::Arc,
                     va_angular: window::BrakingTurn::Printed,

@@ -3,7 +3,7 @@
 use super::{DistanceMode, Rollouts};
 use crate::geometry::{Pose, Twist, Vec2};
 use crate::math;
-use crate::plan::contract::Situation;
+use crate::plan::contract::{Guidance, Situation};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +19,27 @@ pub enum HeadingAt {
     Horizon,
     /// Where the robot would stand if it braked after the next tick (Fox et al. 1997).
     Stop,
+}
+
+/// The point that the terms of an objective aim at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Target {
+    /// The sub-goal on the path.
+    #[default]
+    SubGoal,
+    /// The goal itself, whatever the path.
+    Goal,
+}
+
+impl Target {
+    /// The point, grid frame, m.
+    pub fn point(self, situation: &Situation<'_>, guidance: &Guidance<'_>) -> Vec2 {
+        match self {
+            Self::SubGoal => guidance.sub_goal,
+            Self::Goal => situation.goal,
+        }
+    }
 }
 
 /// The terms of the objective that every planner over the window shares, for the rollouts of one cycle.
