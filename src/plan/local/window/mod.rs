@@ -42,7 +42,7 @@ pub use recovery::Recovery;
 pub use rollouts::{Clearance, Rollouts};
 pub use sampling::{SAMPLES_MAX, Spacing, Window};
 pub use score::{Score, Scoring};
-pub use settings::{BrakingDistance, BrakingTurn, DistanceMode, Normalise, Prediction, Settings};
+pub use settings::{BrakingDistance, BrakingTurn, DistanceMode, Measure, Normalise, Prediction, Settings};
 pub(crate) use terms::Terms;
 pub use terms::{HeadingAt, Target};
 
@@ -309,7 +309,9 @@ impl DynamicWindow {
 
     /// Whether clearances are the exact ones of the predicted poses, as the papers' formulas have it, and no lower bounds.
     fn is_exact(&self, robot: &Robot) -> bool {
-        self.settings.normalise == Normalise::Sum && robot.footprint.is_none()
+        self.settings.normalise == Normalise::Sum
+            && self.settings.measure == Measure::Exact
+            && robot.footprint.is_none()
     }
 
     /// Drives every twist of the rollouts along the speed profile and records its end, clearances and first contact.

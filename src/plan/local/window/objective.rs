@@ -301,6 +301,7 @@ mod tests {
             predict_dynamic: true,
             clearance_cap_m: 0.3,
             distance_mode: super::super::DistanceMode::PathMin,
+            measure: super::super::Measure::Exact,
             braking_distance: BrakingDistance::Arc,
             braking_clip_m: None,
             braking_turn: BrakingTurn::Off,

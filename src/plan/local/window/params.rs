@@ -38,6 +38,8 @@ macro_rules! window_params {
             pub prediction: $crate::plan::local::window::Prediction,
             /// Where the clearance of a rollout is taken with `normalise: sum`; with `fixed` over the whole. Default `path_min`.
             pub dist_mode: $crate::plan::local::window::DistanceMode,
+            /// How clearances are measured with `normalise: sum` and a disc-shaped robot; else they are bounds. Default `exact`.
+            pub clearances: $crate::plan::local::window::Measure,
             /// Clearance above which a rollout is no better, m. Default 0.3.
             pub d_cap_m: $crate::settings::quantity::Positive,
             /// What heading and pull aim at with `normalise: sum`. Default `sub_goal`.
@@ -74,6 +76,7 @@ macro_rules! window_params {
                     yaw_rate_samples: Samples::new(21),
                     prediction: window::Prediction::Arc,
                     dist_mode: window::DistanceMode::PathMin,
+                    clearances: window::Measure::Exact,
                     d_cap_m: Positive::new(0.3),
                     target: window::Target::SubGoal,
                     heading_at: window::HeadingAt::Arrival,
@@ -104,6 +107,7 @@ macro_rules! window_params {
                     predict_dynamic: self.predict_dynamic,
                     clearance_cap_m: self.d_cap_m.get(),
                     distance_mode: self.dist_mode,
+                    measure: self.clearances,
                     braking_distance: self.va_distance,
                     braking_clip_m: self.va_uses_clip.then(|| self.va_clip_m.unwrap_or(self.d_cap_m).get()),
                     braking_turn: self.va_angular,

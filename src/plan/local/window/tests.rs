@@ -18,6 +18,7 @@ fn settings() -> Settings {
         predict_dynamic: false,
         clearance_cap_m: 1.0,
         distance_mode: DistanceMode::PathMin,
+        measure: Measure::Exact,
         braking_distance: BrakingDistance::Arc,
         braking_clip_m: None,
         braking_turn: BrakingTurn::Off,
