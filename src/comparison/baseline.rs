@@ -39,7 +39,7 @@ pub struct OtherScenario {
 /// Compares a run with an older one of the same scenario, stack by stack on the same worlds.
 ///
 /// A regression is a test that is significant after Holm's correction over all stacks and metrics of the gate, points the wrong way
-/// (less success, longer, slower, less clearance) and is larger than the gate's margin, a planner that crashes where it did not, or a missing row. Points of a sweep are
+/// (less success, longer, slower, less clearance) and is larger than the gate's margin, a planner that crashes where it did not, a missing row, or that no world is the baseline's, so that nothing was compared. Points of a sweep are
 /// matched by the values of their keys, of those that touch a stack. Rows of equal number whose worlds differ are counted and left out of the tests.
 ///
 /// # Errors
@@ -113,6 +113,9 @@ pub fn compare_baseline(old: &[Section], new: &[Section], gate: &Gate) -> Result
     correct(&mut result.comparisons);
     if result.missing > 0 {
         result.regressions.push(format!("{} of the baseline missing", counted(result.missing, "row")));
+    }
+    if result.rows > 0 && result.other_worlds == result.rows {
+        result.regressions.push("every world differs from the baseline's, so nothing was compared".to_owned());
     }
     for comparison in &result.comparisons {
         // Success is no metric; more of it is better.
@@ -206,6 +209,7 @@ mod tests {
         let found = compare_baseline(&[section(&[("a", "ssss", &[])])], &[other], &Gate::default()).unwrap();
         assert_eq!((found.rows, found.other_worlds), (4, 4));
         assert!(found.comparisons.iter().all(|comparison| comparison.n == 0), "other worlds are no pairs");
+        assert_eq!(found.regressions, ["every world differs from the baseline's, so nothing was compared"]);
 
         let mut another = section(&[("a", "ssss", &[])]);
         another.scenario = "elsewhere".to_owned();

@@ -17,7 +17,7 @@ pub fn render_points(ranking: &PointRanking, format: Format) -> String {
     };
     let keys: Vec<String> = ranking.keys.iter().map(|key| short_key(key, &ranking.keys)).collect();
     let is_one_stack = ranking.ranked.windows(2).all(|pair| pair[0].summary.stack == pair[1].summary.stack);
-    let mut head: Vec<String> = ["", "point"].map(str::to_owned).to_vec();
+    let mut head: Vec<String> = ["rank", "point"].map(str::to_owned).to_vec();
     if !is_one_stack {
         head.push("stack".to_owned());
     }

@@ -327,4 +327,9 @@ fn a_baseline_of_another_scenario_is_named_with_its_keys() {
     );
     let said = simrun(scratch.path()).args(["analyze", "old", "--baseline", "old"]).answer().stdout;
     assert!(!said.contains("scenario"), "{said}");
+    // Another map has other worlds: a gate that could compare nothing does not pass.
+    run("elsewhere", &["--set", "map.empty.cols=13"]);
+    let Answer { code, stdout, .. } =
+        simrun(scratch.path()).args(["analyze", "elsewhere", "--baseline", "old"]).answer();
+    assert!(code == 3 && stdout.contains("nothing was compared"), "{stdout}");
 }
