@@ -5,8 +5,9 @@ use super::findings::{Finding, Findings};
 use super::published::{Measured, Published, Quantity, SUCCESS, mean_of, measured, values};
 use super::test::{Data, Ruling, Test};
 use super::{Paper, manifest};
-use crate::analysis::one_way_random;
+use crate::analysis::{ErrorRates, minimal_detectable_risk_difference, one_way_random, pairs};
 use crate::comparison::{Comparison, Format, Pairing, Section, StackRows, analyse, compare_pairs, table};
+use crate::math;
 use crate::settings::quantity::counted;
 use std::fmt::Write as _;
 
@@ -314,8 +315,30 @@ fn stacks(id: &str, section: &Section, published: &[Published]) -> String {
     }
     format!(
         "{}\nIn brackets behind a number: what the paper prints in this place. Lengths, times and clearances are means over the successes; \
-         stacks that share a letter are not told apart by success.\n\n",
-        table(&rows, 1, Format::Markdown)
+         stacks that share a letter are not told apart by success.{}\n\n",
+        table(&rows, 1, Format::Markdown),
+        shown_differences(section)
+    )
+}
+
+/// What difference in success the worlds of a section can show between two of its stacks.
+fn shown_differences(section: &Section) -> String {
+    let differences = pairs(section.stacks.len()).filter_map(|(first, second)| {
+        let shared = || section.stacks[first].shared(&section.stacks[second]);
+        let discordant = shared().filter(|(a, b)| a.outcome.is_success() != b.outcome.is_success()).count();
+        let n = shared().count();
+        let share = discordant as f64 / n as f64;
+        (discordant > 0).then(|| minimal_detectable_risk_difference(n, share, ErrorRates::default()))?
+    });
+    let points: Vec<f64> = differences.map(|rate| 100.0 * rate).collect();
+    let (low, high) =
+        (points.iter().copied().fold(f64::INFINITY, math::min), points.iter().copied().fold(0.0, math::max));
+    if points.is_empty() {
+        return String::new();
+    }
+    format!(
+        " Two stacks must differ by {low:.1} to {high:.1} points for one test on these worlds to show it with a power of 80 %: *not told apart* is \
+         not *equal*."
     )
 }
 

@@ -168,9 +168,8 @@ impl ScenarioFile {
 
 /// The last edit that landed on one of the error's keys (or above or below it), and which key that is.
 fn edit_of(error: &ScenarioError, landed: &[Vec<KeyPath>]) -> Option<(usize, usize)> {
-    let key_of = |edit: &[KeyPath]| {
-        error.keys().position(|key| !key.is_top() && edit.iter().any(|place| key.touches(place)))
-    };
+    let key_of =
+        |edit: &[KeyPath]| error.keys().position(|key| !key.is_top() && edit.iter().any(|place| key.touches(place)));
     landed.iter().enumerate().rev().find_map(|(i, edit)| Some((i, key_of(edit)?)))
 }
 

@@ -8,10 +8,11 @@
 use super::lanes::{LANES, Lane};
 use super::rollout::Track;
 use super::{DistanceMode, Gaps, Settings, positive_sqrt};
-use crate::geometry::Vec2;
+use crate::geometry::{Twist, Vec2};
 use crate::math;
 use crate::plan::clearance::Obstacles;
 use crate::plan::contract::Situation;
+use crate::robot::Robot;
 
 /// Rounding of a bound of the patch, in units of the pitch.
 const ROUNDING: f64 = 1e-3;
@@ -27,27 +28,32 @@ pub(super) struct Exact<'a> {
     radius_m: f64,
     /// Distance of the centre at or below which a pose touches, m.
     touch_m: f64,
-    /// Distance of the centre above which a pose is no better, m.
-    limit_m: f64,
-    mode: DistanceMode,
+    robot: &'a Robot,
+    settings: &'a Settings,
 }
 
 impl<'a> Exact<'a> {
-    pub(super) fn new(situation: &'a Situation<'_>, pitch_m: f64, cap_m: f64, settings: &Settings) -> Self {
+    pub(super) fn new(situation: &'a Situation<'_>, pitch_m: f64, settings: &'a Settings) -> Self {
         let (belief, radius_m) = (situation.belief, situation.robot.radius_m);
         let obstacles = Obstacles::new(belief.grid(), belief.field());
         let origin = situation.pose.position;
-        let limit_m = math::max(cap_m, settings.room_m) + radius_m;
-        let here_m = obstacles.clearance(origin, limit_m);
         let near_m = radius_m + settings.room_m;
+        let here_m = obstacles.clearance(origin, near_m);
         let touch_m = if here_m > 0.0 { math::min(here_m - SLACK_M, near_m) } else { near_m };
-        Self { obstacles, origin, pitch_m, radius_m, touch_m, limit_m, mode: settings.distance_mode }
+        Self { obstacles, origin, pitch_m, radius_m, touch_m, robot: situation.robot, settings }
     }
 
-    /// The gaps of the candidates of a block; `squares` are lower bounds of the squared distances, in units of pitch².
-    pub(super) fn gaps(&self, used: &Lane, track: &Track, squares: &[Lane]) -> Gaps {
+    /// Distance of the centre above which a pose of a candidate is no better, m: the objective counts no more, and it is enough to brake.
+    fn limit_m(&self, twist: Twist) -> f64 {
+        let needed_m = (1.0 + ROUNDING) * self.settings.braking_clearance_m(self.robot, twist);
+        self.radius_m + math::max(math::max(self.settings.clearance_cap_m, self.settings.room_m), needed_m)
+    }
+
+    /// The gaps of the candidates of a block, [`LANES`] at most; `squares` are lower bounds of the squared distances, in units of pitch².
+    pub(super) fn gaps(&self, twists: &[Twist], track: &Track, squares: &[Lane]) -> Gaps {
         let mut gaps = Gaps::new([0.0; LANES]);
-        for lane in (0..LANES).filter(|&lane| used[lane] > 0.0) {
+        for (lane, &twist) in twists.iter().enumerate() {
+            let limit_m = self.limit_m(twist);
             let at = |k: usize| {
                 let [x, y] = track[k];
                 self.origin + Vec2::new(f64::from(x[lane]), f64::from(y[lane])) * self.pitch_m
@@ -60,7 +66,8 @@ impl<'a> Exact<'a> {
             let steps = track.len();
             // The pose with the lowest bound first: it rules most of the others out.
             let lowest = (0..steps).fold(0, |best, k| if squares[k][lane] < squares[best][lane] { k } else { best });
-            let mut least_m = self.limit_m;
+            let mut least_m = limit_m;
+            // Squared bound below which a pose is looked at.
             let mut limit = below(least_m);
             if squares[lowest][lane] < limit {
                 least_m = self.obstacles.clearance(at(lowest), least_m);
@@ -74,16 +81,15 @@ impl<'a> Exact<'a> {
                     }
                 }
             }
-            let last_m = match self.mode {
-                DistanceMode::Endpoint => self.obstacles.clearance(at(steps - 1), self.limit_m),
+            let last_m = match self.settings.distance_mode {
+                DistanceMode::Endpoint => self.obstacles.clearance(at(steps - 1), limit_m),
                 DistanceMode::PathMin => {
                     math::max(f64::from(positive_sqrt(squares[steps - 1][lane])) * self.pitch_m, least_m)
                 }
             };
             let touching = below(self.touch_m);
-            let touches = |&k: &usize| {
-                squares[k][lane] <= touching && self.obstacles.clearance(at(k), self.limit_m) <= self.touch_m
-            };
+            let touches =
+                |&k: &usize| squares[k][lane] <= touching && self.obstacles.clearance(at(k), limit_m) <= self.touch_m;
             let free = if least_m <= self.touch_m { (0..steps).find(touches).unwrap_or(steps) } else { steps };
             let surface = |distance_m: f64| ((distance_m - self.radius_m) / self.pitch_m) as f32;
             (gaps.least[lane], gaps.last[lane]) = (surface(least_m), surface(last_m));

@@ -371,13 +371,13 @@ impl DynamicWindow {
         }
         let (cap, limited) = ((cap_m / pitch_m) as f32, |gap: f32| math::clamp(f64::from(gap) * pitch_m, 0.0, cap_m));
         let count = self.rollouts.twists.len();
-        let exact = self.is_exact(robot).then(|| Exact::new(situation, pitch_m, cap_m, &self.settings));
+        let exact = self.is_exact(robot).then(|| Exact::new(situation, pitch_m, &self.settings));
         self.squares.resize(if exact.is_some() { steps } else { 0 }, [0.0; LANES]);
-        for (number, block) in self.blocks.iter().enumerate() {
+        for ((number, block), twists) in self.blocks.iter().enumerate().zip(self.rollouts.twists.chunks(LANES)) {
             let (mut statics, driven) = if let Some(exact) = &exact {
                 rollout::follow(self.width, block, &self.profile, &mut self.track);
                 rollout::squares(self.width, &field, &self.track, &mut self.squares);
-                (exact.gaps(&block.used, &self.track, &self.squares), steps)
+                (exact.gaps(twists, &self.track, &self.squares), steps)
             } else {
                 let fate = rollout::drive(self.width, block, &self.profile, &field, &mut self.track);
                 let mut statics = Gaps::new(fate.free_steps);
@@ -448,22 +448,9 @@ impl DynamicWindow {
     /// Distance up to which clearances matter: for scoring, and for V_a where it goes by clearance.
     fn clearance_cap_m(&self, situation: &Situation<'_>) -> f64 {
         let robot = situation.robot;
-        let cap_m = self.settings.clearance_cap_m;
-        if self.settings.braking_distance == BrakingDistance::Arc {
-            return cap_m;
-        }
-        let speed = math::max(robot.speed_max_mps, robot.reverse_speed_max_mps);
-        let ahead = speed * speed / (2.0 * robot.deceleration_max_mps2);
-        let around = match self.settings.braking_turn {
-            BrakingTurn::Off => 0.0,
-            BrakingTurn::Printed => {
-                robot.yaw_rate_max_radps * robot.yaw_rate_max_radps / (2.0 * robot.yaw_acceleration_max_radps2)
-            }
-            BrakingTurn::Arc => speed * robot.yaw_rate_max_radps / (2.0 * robot.yaw_acceleration_max_radps2),
-        };
-        let braking = math::max(ahead, around);
-        let braking = self.settings.braking_clip_m.map_or(braking, |clip| math::min(braking, clip));
-        math::max(cap_m, braking)
+        let v = math::max(robot.speed_max_mps, robot.reverse_speed_max_mps);
+        let fastest = Twist { v, omega: robot.yaw_rate_max_radps };
+        math::max(self.settings.clearance_cap_m, self.settings.braking_clearance_m(robot, fastest))
     }
 
     /// Lays the twists out for the kernel, [`LANES`] to a block.

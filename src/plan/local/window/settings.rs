@@ -1,6 +1,7 @@
 //! Settings of a dynamic window.
 
 use super::sampling::Spacing;
+use crate::geometry::Twist;
 use crate::math;
 use crate::robot::Robot;
 use schemars::JsonSchema;
@@ -121,6 +122,23 @@ impl Settings {
     pub fn horizon_s(&self, robot: &Robot) -> f64 {
         let stopping_s = robot.speed_max_mps / (2.0 * robot.deceleration_max_mps2);
         self.horizon_s.unwrap_or_else(|| math::max(stopping_s + 0.5, HORIZON_MIN_S))
+    }
+
+    /// Distance in which a robot that moves with `twist` can stop, m, where V_a asks the clearance for it; 0 where it goes by the arc.
+    pub(super) fn braking_clearance_m(&self, robot: &Robot, twist: Twist) -> f64 {
+        if self.braking_distance == BrakingDistance::Arc {
+            return 0.0;
+        }
+        let (speed, yaw_rate) = (twist.v.abs(), twist.omega.abs());
+        let ahead = speed * speed / (2.0 * robot.deceleration_max_mps2);
+        let turn_lost = 2.0 * robot.yaw_acceleration_max_radps2;
+        let around = match self.braking_turn {
+            BrakingTurn::Off => 0.0,
+            BrakingTurn::Printed => yaw_rate * yaw_rate / turn_lost,
+            BrakingTurn::Arc => speed * yaw_rate / turn_lost,
+        };
+        let braking = math::max(ahead, around);
+        self.braking_clip_m.map_or(braking, |clip| math::min(braking, clip))
     }
 
     /// Time predicted against movers, s: the given one, or what the robot needs to stop and one second; at least 3 s.
