@@ -58,9 +58,9 @@ struct Row {
 /// Drives from which decisions are taken: seed, table, stacks, episodes, the reading of eq. 22.
 const DRIVES: [(u64, u32, &[&str], u64, &str); 6] = [
     (8_100_000, 3, &["a_star+dwa", "theta_star+dwa", "imp_a_star+dwa"], 12, "arc"),
-    (8_100_000, 4, &["a_star+dwa", "theta_star+dwa", "imp_a_star+dwa"], 12, "arc"),
+    (8_100_000, 4, &["a_star+dwa", "theta_star+dwa", "imp_a_star+dwa"], 12, "clearance"),
     (8_200_000, 3, &["a_star+imp_dwa", "theta_star+imp_dwa", "imp_a_star+imp_dwa"], 9, "arc"),
-    (8_200_000, 4, &["a_star+imp_dwa", "theta_star+imp_dwa", "imp_a_star+imp_dwa"], 9, "arc"),
+    (8_200_000, 4, &["a_star+imp_dwa", "theta_star+imp_dwa", "imp_a_star+imp_dwa"], 9, "clearance"),
     (8_300_000, 5, &["theta_star+imp_dwa", "imp_a_star+imp_dwa"], 3, "arc"),
     (8_400_000, 3, &["imp_a_star+dwa", "imp_a_star+imp_dwa"], 12, "clearance"),
 ];
@@ -99,17 +99,15 @@ impl Planners {
     fn of_the_paper() -> Self {
         let mut choices: Vec<(String, String, LocalChoice)> = Vec::new();
         let mut robot = None;
-        for va_distance in ["arc", "clearance"] {
-            for table in [3, 4, 5] {
-                let experiment = experiment(table, 0, va_distance);
-                // One robot and one pair of planners in all the tables.
-                assert_eq!(*robot.get_or_insert_with(|| experiment.robot(0).clone()), *experiment.robot(0));
-                for stack in experiment.stacks(0) {
-                    let choice = (stack.local.name().to_owned(), va_distance.to_owned(), stack.local.clone());
-                    match choices.iter().find(|other| (&other.0, &other.1) == (&choice.0, &choice.1)) {
-                        Some(other) => assert_eq!(*other, choice, "table {table}"),
-                        None => choices.push(choice),
-                    }
+        for (seed, table, names, _, va_distance) in DRIVES {
+            let experiment = experiment(table, seed, va_distance);
+            // One robot and one pair of planners in all the tables.
+            assert_eq!(*robot.get_or_insert_with(|| experiment.robot(0).clone()), *experiment.robot(0));
+            for stack in experiment.stacks(0).filter(|stack| names.contains(&&stack.name[..])) {
+                let choice = (stack.local.name().to_owned(), va_distance.to_owned(), stack.local.clone());
+                match choices.iter().find(|other| (&other.0, &other.1) == (&choice.0, &choice.1)) {
+                    Some(other) => assert_eq!(*other, choice, "table {table}"),
+                    None => choices.push(choice),
                 }
             }
         }
@@ -272,27 +270,20 @@ fn rows<T: serde::de::DeserializeOwned>(text: &str) -> Vec<T> {
     csv::Reader::from_reader(text.as_bytes()).deserialize().map(|row| row.unwrap()).collect()
 }
 
-/// A row of `decisions_second.csv`: what the second implementation decides, and its scores of the best and of simrun's command (none where that is not
-/// admissible to it); what it decides with the clearances that simrun documents; why it differs.
+/// A row of `decisions_second.csv`: what the second implementation commands; whether nothing is admissible to it; how much less than the best
+/// command the second best scores, over the best (none where there are no two).
 #[derive(Debug, Deserialize)]
 struct Second {
     v: f64,
     omega: f64,
-    score_best: Option<f64>,
-    score_simrun: Option<f64>,
-    score_mean: Option<f64>,
-    bound_v: f64,
-    bound_omega: f64,
-    reason: String,
+    recovers: bool,
+    #[expect(dead_code, reason = "printed where decisions differ: rounding explains only what is next to nothing")]
+    margin: Option<f64>,
 }
 
-/// Least share of decisions, in percent, that are the same with exact clearances, as measured; and how many decisions there are at least.
-const SAME: [(&str, &str, u32, usize); 4] = [
-    ("dwa", "arc", 60, 1500),
-    ("imp_dwa", "arc", 75, 1500),
-    ("dwa", "clearance", 80, 400),
-    ("imp_dwa", "clearance", 83, 400),
-];
+/// Least number of decisions, so that an empty table does not pass.
+const LEAST: [(&str, &str, usize); 4] =
+    [("dwa", "arc", 900), ("imp_dwa", "arc", 1100), ("dwa", "clearance", 1200), ("imp_dwa", "clearance", 1000)];
 
 #[test]
 fn the_planners_decide_as_recorded() {
@@ -308,7 +299,7 @@ fn the_planners_decide_as_recorded() {
 }
 
 #[test]
-fn the_second_implementation_decides_the_same_or_it_is_known_why_not() {
+fn the_second_implementation_decides_the_same() {
     let first = fs::read_to_string(data("decisions.csv")).unwrap();
     let second = fs::read_to_string(data("decisions_second.csv")).unwrap();
     let (origin, second) = second.split_once('\n').unwrap();
@@ -320,30 +311,11 @@ fn the_second_implementation_decides_the_same_or_it_is_known_why_not() {
     let (first, second) = (rows::<Row>(&first), rows::<Second>(second));
     assert_eq!(first.len(), second.len());
     for (row, second) in first.iter().zip(&second) {
-        let command = (row.command_v, row.command_omega);
-        let is_same = same(command, (second.v, second.omega));
-        let is_bound = same(command, (second.bound_v, second.bound_omega));
-        // Nothing was admissible to the second implementation.
-        let is_empty = second.score_best.is_none();
-        let proven = match &second.reason[..] {
-            "same" => is_same && is_empty == row.recovers,
-            "bound" => is_bound && !is_same && !is_empty,
-            "recovery" => is_bound && is_empty && row.recovers,
-            _ => false,
-        };
-        assert!(proven, "{row:?}\n{second:?}");
-        // Its scores say the same: its command is the best, and simrun's is not where it differs.
-        if let (Some(best), Some(simrun), Some(mean)) = (second.score_best, second.score_simrun, second.score_mean) {
-            assert!(0.0 < mean && mean <= best && simrun <= best, "{second:?}");
-            assert_eq!(is_same, simrun == best, "{row:?}\n{second:?}");
-        }
+        let is_same = same((row.command_v, row.command_omega), (second.v, second.omega));
+        assert!(is_same && row.recovers == second.recovers, "{row:?}\n{second:?}");
     }
-    for (planner, va_distance, percent, least) in SAME {
-        let mine =
-            first.iter().zip(&second).filter(|(row, _)| row.planner == planner && row.va_distance == va_distance);
-        let (all, equal) =
-            mine.fold((0, 0), |(all, equal), (_, second)| (all + 1, equal + usize::from(second.reason == "same")));
+    for (planner, va_distance, least) in LEAST {
+        let all = first.iter().filter(|row| row.planner == planner && row.va_distance == va_distance).count();
         assert!(all >= least, "{all} decisions of {planner} with {va_distance}: is the table whole?");
-        assert!(100 * equal >= percent as usize * all, "{planner} with {va_distance}: {equal} of {all}");
     }
 }
