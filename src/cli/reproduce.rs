@@ -111,7 +111,7 @@ fn runs(paper: &Paper, full: bool) -> Vec<Run<'_>> {
     let tables = || paper.manifest.tables.iter().filter(|table| full || !table.full);
     let mut runs: Vec<Run<'_>> =
         tables().map(|table| Run { table, choice: None, stacks: table.stacks.clone() }).collect();
-    for choice in paper.manifest.ablate.choices.iter().filter(|_| full) {
+    for choice in paper.manifest.ablate.iter().filter(|_| full) {
         for table in tables().filter(|table| choice.tables.iter().any(|id| *id == table.id.as_str())) {
             match paper.stacks_used(table.id.as_str()) {
                 Some(stacks) if stacks.is_empty() => {}

@@ -15,7 +15,7 @@ impl Paper {
         }
         once("tables", tables.iter().map(|table| table.id.as_str()))?;
         once("claims", self.manifest.statements().map(|claim| claim.id.as_str()))?;
-        let choices = &self.manifest.ablate.choices;
+        let choices = &self.manifest.ablate;
         once("choices", choices.iter().map(|choice| choice.id.as_str()))?;
         for choice in choices {
             let refuse = |message: String| Err(format!("choice `{}`: {message}", choice.id));

@@ -60,53 +60,42 @@ impl<'a> Findings<'a> {
     /// Judges every claim and question of a paper, under every choice that was run.
     pub fn new(paper: &'a Paper, evidence: &Evidence) -> Self {
         let manifest = &paper.manifest;
-        let choices: Vec<&Choice> = manifest
-            .ablate
-            .choices
-            .iter()
-            .filter(|choice| evidence.under.keys().any(|(id, _)| id == choice.id.as_str()))
-            .collect();
         let statements: Vec<&Claim> = manifest.statements().collect();
-        let readings: Vec<Option<&Choice>> = std::iter::once(None).chain(choices.into_iter().map(Some)).collect();
-        let judged = in_order(readings.len() * statements.len(), threads_available(), |index| {
-            let (reading, claim) = (readings[index / statements.len()], statements[index % statements.len()]);
-            if reading.is_some_and(|choice| !concerns(choice, claim)) {
-                return None;
-            }
-            let choice = reading.map(|choice| choice.id.as_str());
-            Some(claim.test.kind().judge(&Data { evidence, published: &paper.published, choice }))
-        });
-        let mut by_reading: Vec<Vec<Option<Verdict>>> =
-            judged.chunks(statements.len().max(1)).map(<[Option<Verdict>]>::to_vec).collect();
+        let judge = |index: usize, choice: Option<&Choice>| {
+            let choice = choice.map(|choice| choice.id.as_str());
+            statements[index].test.kind().judge(&Data { evidence, published: &paper.published, choice })
+        };
+        let threads = threads_available();
+        let mut ours: Vec<Verdict> = in_order(statements.len(), threads, |index| judge(index, None));
         let count = manifest.claims.len();
-        // The choices see the claims that they change beside the others as they are: every reading has a whole family.
-        let (ours, others) = by_reading.split_first_mut().expect("the tables as they are come first");
-        let mut p_holm = correct(&mut ours[..count]);
-        let uncorrected: Vec<Option<Verdict>> = judged[..statements.len()].to_vec();
-        for verdicts in others.iter_mut() {
-            let concerned: Vec<bool> = verdicts.iter().map(Option::is_some).collect();
-            for (verdict, ours) in verdicts.iter_mut().zip(&uncorrected) {
-                *verdict = verdict.take().or_else(|| ours.clone());
-            }
-            correct(&mut verdicts[..count]);
-            for (verdict, _) in verdicts.iter_mut().zip(&concerned).filter(|(_, concerned)| !**concerned) {
-                *verdict = None;
-            }
-        }
-        p_holm.resize(statements.len(), None);
-        let mut findings: Vec<Finding<'a>> = Vec::with_capacity(statements.len());
-        for (index, claim) in statements.iter().enumerate() {
-            let under = readings[1..].iter().zip(others.iter());
-            let under = under.filter_map(|(choice, verdicts)| Some(((*choice)?, verdicts[index].as_ref()?.ruling)));
-            findings.push(Finding {
-                claim,
-                under: under.collect(),
-                verdict: ours[index].take().expect("every claim is judged as it is"),
-                p_holm: p_holm[index],
-            });
-        }
-        let questions = findings.split_off(count);
-        Self { claims: findings, questions }
+        let was_run = |choice: &&Choice| evidence.under.keys().any(|(id, _)| id == choice.id.as_str());
+        let under: Vec<(&'a Choice, Vec<Verdict>)> = manifest
+            .ablate
+            .iter()
+            .filter(was_run)
+            .map(|choice| {
+                // The claims that a choice does not touch are as they were: every choice has a whole family.
+                let mut verdicts = in_order(statements.len(), threads, |index| {
+                    if concerns(choice, statements[index]) { judge(index, Some(choice)) } else { ours[index].clone() }
+                });
+                correct(&mut verdicts[..count]);
+                (choice, verdicts)
+            })
+            .collect();
+        let p_holm = correct(&mut ours[..count]);
+        let findings = statements.iter().zip(ours).enumerate().map(|(index, (claim, verdict))| Finding {
+            claim,
+            verdict,
+            p_holm: p_holm.get(index).copied().flatten(),
+            under: under
+                .iter()
+                .filter(|(choice, _)| concerns(choice, claim))
+                .map(|(choice, verdicts)| (*choice, verdicts[index].ruling))
+                .collect(),
+        });
+        let mut claims: Vec<Finding<'a>> = findings.collect();
+        let questions = claims.split_off(count);
+        Self { claims, questions }
     }
 }
 
@@ -117,14 +106,13 @@ fn concerns(choice: &Choice, claim: &Claim) -> bool {
 
 /// Corrects the verdicts of one family by Holm's procedure: a ruling whose corrected p-value is above 5 % is undecided. Returns the
 /// corrected p-values.
-fn correct(family: &mut [Option<Verdict>]) -> Vec<Option<f64>> {
-    let tested: Vec<usize> =
-        (0..family.len()).filter(|&index| family[index].as_ref().is_some_and(|verdict| verdict.p.is_some())).collect();
-    let p: Vec<f64> = tested.iter().filter_map(|&index| family[index].as_ref()?.p).collect();
+fn correct(family: &mut [Verdict]) -> Vec<Option<f64>> {
+    let tested: Vec<usize> = (0..family.len()).filter(|&index| family[index].p.is_some()).collect();
+    let p: Vec<f64> = tested.iter().filter_map(|&index| family[index].p).collect();
     let mut corrected = vec![None; family.len()];
     for (&index, p_holm) in tested.iter().zip(holm(&p)) {
         corrected[index] = Some(p_holm);
-        let Some(verdict) = &mut family[index] else { continue };
+        let verdict = &mut family[index];
         if verdict.ruling.is_decided() && p_holm > ALPHA {
             let ruling = verdict.ruling.words();
             verdict.why += &format!("; alone it {ruling}, corrected for {} claims p = {p_holm:.3}", tested.len());
@@ -177,8 +165,8 @@ mod tests {
         };
         let text = format!(
             "title: t\ncitation: c\nabout: a\nmethod: m\npublished: p\ntables:\n- {{id: t, title: t, scenario: s}}\n\
-             ablate:\n  choices:\n  - {{id: turned, says: s, of: world, set: [a=1], tables: [t], kindest: true}}\n\
-             \x20 - {{id: same, says: s, of: planner, set: [a=2], tables: [t]}}\n\
+             ablate:\n- {{id: turned, says: s, of: world, set: [a=1], tables: [t], kindest: true}}\n\
+             - {{id: same, says: s, of: planner, set: [a=2], tables: [t]}}\n\
              claims:\n{}questions:\n{}",
             (0..claims).map(claim).collect::<String>(),
             claim(claims)

@@ -23,9 +23,9 @@ pub struct Manifest {
     pub published: String,
     /// The tables to run.
     pub tables: Vec<Table>,
-    /// The choices that the paper leaves open, each taken another way; default none.
+    /// The choices that the paper leaves open, each taken another way; default none. Every statement is judged again under each.
     #[serde(default)]
-    pub ablate: Ablate,
+    pub ablate: Vec<Choice>,
     /// The claims of the paper. Their tests are one family: p-values are corrected for their number (Holm).
     #[serde(default)]
     pub claims: Vec<Claim>,
@@ -39,16 +39,6 @@ impl Manifest {
     pub fn statements(&self) -> impl Iterator<Item = &Claim> {
         self.claims.iter().chain(&self.questions)
     }
-}
-
-/// The choices that a paper leaves open. Every statement is judged again under each of them.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Ablate {
-    /// At most this many episodes of a table under another choice; default as many as the table has.
-    pub episodes: Option<Count>,
-    /// The choices.
-    pub choices: Vec<Choice>,
 }
 
 /// A choice that the paper leaves open, taken another way than in its tables.
@@ -101,6 +91,9 @@ pub struct Table {
     /// Whether only the full form runs it (`simrun reproduce --full`); default no.
     #[serde(default)]
     pub full: bool,
+    /// Number of episodes under each choice of `ablate`; default as many as otherwise.
+    #[serde(default)]
+    pub under_choices: Option<Count>,
 }
 
 /// A statement that is put to the test.

@@ -101,7 +101,7 @@ impl Paper {
         let name = format!("name={}", folder_of(table, choice));
         let set = table.set.iter().chain(choice.iter().flat_map(|choice| &choice.set)).chain([&name]);
         let mut edits = set.map(|text| Edit::parse(text)).collect::<Result<Vec<Edit>, _>>()?;
-        let most_under_choice = choice.and(self.manifest.ablate.episodes).map(Count::get);
+        let most_under_choice = choice.and(table.under_choices).map(Count::get);
         if let Some(most) = episodes.into_iter().chain(most_under_choice).min() {
             let planned = file.read(&edits)?.episodes.get();
             edits.push(Edit::parse(&format!("episodes={}", planned.min(most)))?);

@@ -140,7 +140,7 @@ fn p_value(p: f64) -> String {
 fn choices(paper: &Paper, evidence: &Evidence) -> String {
     let manifest = &paper.manifest;
     let ran = |choice: &&manifest::Choice| evidence.under.keys().any(|(id, _)| id == choice.id.as_str());
-    let choices: Vec<&manifest::Choice> = manifest.ablate.choices.iter().filter(ran).collect();
+    let choices: Vec<&manifest::Choice> = manifest.ablate.iter().filter(ran).collect();
     if choices.is_empty() {
         return String::new();
     }

@@ -30,7 +30,7 @@ method: Both drive a few small worlds.
 published: tiny_claims.csv
 tables:
   - {id: open, title: as it is, scenario: tiny.yaml}
-  - {id: slow, title: at half the speed, scenario: tiny.yaml, set: [limits.speed_max_mps=0.5]}
+  - {id: slow, title: at half the speed, scenario: tiny.yaml, set: [limits.speed_max_mps=0.5], under_choices: 6}
   - {id: more, title: more of it, scenario: tiny.yaml, set: [seed=9], full: true}
   - {id: open_hurried, title: with no time, scenario: tiny.yaml, set: [termination.timeout_s=0.5, termination.stuck_after_s=0.4], stacks: [a_star+pure_pursuit]}
 questions:
@@ -96,9 +96,7 @@ claims:
     says: a table of the full form
     test: {range: {metric: speed_mean_mps, table: more, at_most: 5}}
 ablate:
-  episodes: 6
-  choices:
-    - {id: hurried, says: half speed is no half speed, of: world, set: [limits.speed_max_mps=4, limits.acceleration_max_mps2=9], tables: [slow], kindest: true}
+  - {id: hurried, says: half speed is no half speed, of: world, set: [limits.speed_max_mps=4, limits.acceleration_max_mps2=9], tables: [slow], kindest: true}
 ";
 
 fn write_paper(folder: &Path, paper: &str, numbers: &str) {
