@@ -57,6 +57,20 @@ pub struct Failures {
     pub examples: BTreeMap<Cause, u64>,
 }
 
+impl Failures {
+    /// Takes in the failures of the same stack elsewhere.
+    pub(super) fn join(&mut self, other: &Self) {
+        self.total += other.total;
+        self.sampled += other.sampled;
+        for (cause, count) in &other.causes {
+            *self.causes.entry(*cause).or_default() += count;
+        }
+        for (cause, episode) in &other.examples {
+            self.examples.entry(*cause).or_insert(*episode);
+        }
+    }
+}
+
 impl Evidence {
     /// The rows of a table: under a choice if it changes the table, else as the table is.
     pub fn sections(&self, choice: Option<&str>, table: &str) -> Option<&[Section]> {

@@ -17,7 +17,7 @@ pub struct Finding<'a> {
     pub verdict: Verdict,
     /// The p-value of the verdict, corrected for the number of the paper's claims; questions are not corrected.
     pub p_holm: Option<f64>,
-    /// The ruling under each choice that changes a table of the claim.
+    /// The ruling under each choice that changes the tables of the claim.
     pub under: Vec<(&'a Choice, Ruling)>,
 }
 
@@ -99,9 +99,11 @@ impl<'a> Findings<'a> {
     }
 }
 
-/// Whether a choice changes a table that a claim looks at.
+/// Whether a choice changes what a claim looks at: every table of it, for a table as it is against one that is changed compares two
+/// choices and not what the claim is about.
 fn concerns(choice: &Choice, claim: &Claim) -> bool {
-    claim.test.kind().uses().iter().any(|used| choice.tables.iter().any(|table| table == used.table))
+    let uses = claim.test.kind().uses();
+    !uses.is_empty() && uses.iter().all(|used| choice.tables.iter().any(|table| table == used.table))
 }
 
 /// Corrects the verdicts of one family by Holm's procedure: a ruling whose corrected p-value is above 5 % is undecided. Returns the

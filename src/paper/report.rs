@@ -1,6 +1,6 @@
 //! The report on a paper, in words for a reader who does not know it.
 
-use super::evidence::{Evidence, TableEvidence};
+use super::evidence::{Evidence, Failures, TableEvidence};
 use super::findings::{Finding, Findings};
 use super::published::{Measured, Published, Quantity, SUCCESS, mean_of, measured, values};
 use super::test::{Data, Ruling, Test};
@@ -9,6 +9,7 @@ use crate::analysis::{ErrorRates, minimal_detectable_risk_difference, one_way_ra
 use crate::comparison::{Comparison, Format, Pairing, Section, StackRows, analyse, compare_pairs, table};
 use crate::math;
 use crate::settings::quantity::counted;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 /// The whole report in Markdown.
@@ -50,8 +51,14 @@ fn ran(paper: &Paper, evidence: &Evidence) -> String {
             episodes.to_string(),
         ]);
     }
+    let under: usize =
+        evidence.under.values().flatten().flat_map(|section| &section.stacks).map(|stack| stack.rows.len()).sum();
+    let (under, full) = match under {
+        0 => (String::new(), ""),
+        count => (format!(", and {} under other choices", counted(count as u64, "episode")), " --full"),
+    };
     format!(
-        "{}\n{total} episodes in all. `simrun reproduce {}` runs them again; the same build writes the same rows.\n\n",
+        "{}\n{total} episodes in all{under}. `simrun reproduce {}{full}` runs them again; the same build writes the same rows.\n\n",
         table(&rows, 4, Format::Markdown),
         paper.name
     )
@@ -220,6 +227,9 @@ fn cell(text: &str) -> String {
 
 fn of_table(spec: &manifest::Table, found: &TableEvidence, published: &[Published]) -> String {
     let mut text = format!("## {}\n\n", spec.title);
+    if let Some(maps) = between_maps(&found.sections) {
+        return text + &maps;
+    }
     for section in &found.sections {
         if !section.swept.is_empty() {
             let point: Vec<String> = section.swept.iter().map(|(key, value)| format!("`{key}` = {value}")).collect();
@@ -227,15 +237,13 @@ fn of_table(spec: &manifest::Table, found: &TableEvidence, published: &[Publishe
         }
         text += &stacks(spec.id.as_str(), section, published);
     }
-    text + &between_maps(&found.sections)
+    text
 }
 
-/// What a mean over maps is worth where a sweep drives many worlds on each of several maps: nothing unless the keys are the map's alone.
-fn between_maps(sections: &[Section]) -> String {
+/// What a mean over maps is worth where a sweep drives many worlds on each of several maps; `None` unless the keys are the map's alone.
+fn between_maps(sections: &[Section]) -> Option<String> {
     let is_of_map = |section: &Section| section.swept.iter().all(|(key, _)| key.starts_with("map."));
-    let Some(first) = sections.first().filter(|_| sections.len() > 1 && sections.iter().all(is_of_map)) else {
-        return String::new();
-    };
+    let first = sections.first().filter(|_| sections.len() > 1 && sections.iter().all(is_of_map))?;
     let head =
         ["stack", "metric", "maps", "mean [95 %, maps at random]", "sd between maps", "sd within a map", "intraclass"];
     let mut rows = vec![head.map(str::to_owned).to_vec()];
@@ -255,11 +263,11 @@ fn between_maps(sections: &[Section]) -> String {
             found.intraclass.map_or_else(|| "-".to_owned(), |share| format!("{share:.3}")),
         ]);
     }
-    format!(
+    Some(format!(
         "Maps as a random effect: an interval for maps that were not driven, and how much of the spread lies between maps (`success` in \
          percentage points).\n\n{}\n",
         table(&rows, 2, Format::Markdown)
-    )
+    ))
 }
 
 /// One row per stack: our number, then the published one.
@@ -336,8 +344,10 @@ fn shown_differences(section: &Section) -> String {
     if points.is_empty() {
         return String::new();
     }
+    let (low, high) = (format!("{low:.1}"), format!("{high:.1}"));
+    let range = if low == high { high } else { format!("{low} to {high}") };
     format!(
-        " Two stacks must differ by {low:.1} to {high:.1} points for one test on these worlds to show it with a power of 80 %: *not told apart* is \
+        " Two stacks must differ by {range} points for one test on these worlds to show it with a power of 80 %: *not told apart* is \
          not *equal*."
     )
 }
@@ -419,7 +429,11 @@ fn causes(manifest: &manifest::Manifest, evidence: &Evidence) -> String {
         vec![["folder", "stack", "failures", "looked at", "causes (how many, an episode)"].map(str::to_owned).to_vec()];
     for spec in &manifest.tables {
         let Some(found) = evidence.tables.get(spec.id.as_str()) else { continue };
-        for ((_, stack), failures) in found.failures.iter().filter(|(_, failures)| failures.total > 0) {
+        let mut by_stack: BTreeMap<&str, Failures> = BTreeMap::new();
+        for ((_, stack), failures) in &found.failures {
+            by_stack.entry(stack).or_default().join(failures);
+        }
+        for (stack, failures) in by_stack.iter().filter(|(_, failures)| failures.total > 0) {
             let mut causes: Vec<_> = failures.causes.iter().collect();
             causes.sort_by_key(|(cause, count)| (std::cmp::Reverse(**count), **cause));
             let words = causes.iter().map(|(cause, count)| {
@@ -431,7 +445,7 @@ fn causes(manifest: &manifest::Manifest, evidence: &Evidence) -> String {
             });
             rows.push(vec![
                 format!("`{}`", spec.id),
-                stack.clone(),
+                (*stack).to_owned(),
                 failures.total.to_string(),
                 failures.sampled.to_string(),
                 words.collect::<Vec<_>>().join("; "),

@@ -10,6 +10,7 @@ pub use digest::digest;
 
 use crate::geometry::{Path, Pose, Twist, Vec2};
 use crate::plan::contract::{Notes, State};
+use crate::world::Closest;
 
 /// The state at the end of one tick (row 0: before the first). Positions are in the grid frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,22 +50,6 @@ pub struct MoverState {
     pub velocity: Vec2,
     /// Whether it was present; otherwise position and velocity are meaningless.
     pub present: bool,
-}
-
-/// The smallest clearances of an episode by what the robot came near to, m: lower bounds, up to a millimetre below the truth;
-/// infinity where there was nothing of the kind.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Closest {
-    /// To a mover.
-    pub movers_m: f64,
-    /// To an unknown static.
-    pub unknown_m: f64,
-}
-
-impl Default for Closest {
-    fn default() -> Self {
-        Self { movers_m: f64::INFINITY, unknown_m: f64::INFINITY }
-    }
 }
 
 /// A path that came into force.

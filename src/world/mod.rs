@@ -47,7 +47,7 @@ pub use scene::{CellPlace, GoalSpec, Infeasible, RandomPlace, Scene, SceneError,
 pub use script::{Change, Event, ScriptEntry};
 pub use sense::{LidarSpec, LocalisationSpec, SensingSpec};
 pub use statics::StaticMap;
-pub use truth::{Contact, ObstacleKind, Step, World};
+pub use truth::{Closest, Contact, ObstacleKind, Step, World};
 
 /// Default of the control period ([`Conditions::control_period_s`]), s. Time is the number of the tick times the period.
 pub const DT_S: f64 = 0.1;

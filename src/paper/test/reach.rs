@@ -8,7 +8,7 @@ use super::{Data, Entry, Kind, Place, Use, Verdict, missing, p_of_rate, verdict,
 use crate::analysis::{Z_95, wilson};
 use crate::comparison::StackRows;
 use crate::paper::Paper;
-use crate::paper::published::{Published, SUCCESS, mean_of};
+use crate::paper::published::{SUCCESS, mean_of};
 use serde::Deserialize;
 
 pub(super) const ENTRY: Entry = Entry { summary: "our success rate reaches the published one" };
@@ -56,19 +56,17 @@ impl Kind for Params {
 
 impl Params {
     fn judged(&self, data: &Data<'_>) -> Result<Verdict, Verdict> {
-        let printed = self.of.table.split('_').next().unwrap_or(&self.of.table);
-        let place = Place { table: printed.to_owned(), stack: self.of.stack.clone() };
-        let theirs = data.printed(&place, SUCCESS).and_then(Published::counts);
-        let (k, trials) = theirs.ok_or_else(|| missing("no published count"))?;
+        let base = self.of.table.split('_').next().unwrap_or(&self.of.table);
+        let place = Place { table: base.to_owned(), stack: self.of.stack.clone() };
+        let theirs = data.printed(&place, SUCCESS).and_then(|number| Some((&number.value, number.counts()?)));
+        let (printed, (k, trials)) = theirs.ok_or_else(|| missing("no published count"))?;
         let ours = mean_of(self.rows(data)?, SUCCESS).ok_or_else(|| missing("no rows"))?;
         let (low, high) = ours.interval.unwrap_or((ours.value, ours.value));
         let (limit, _) = wilson(k, trials, Z_95).unwrap_or_default();
         let limit = 100.0 * limit;
         let why = format!(
-            "ours {:.1} % [{low:.1}, {high:.1}] of {}; published {:.1} % of {trials}, lower limit {limit:.1} %",
-            ours.value,
-            ours.n,
-            100.0 * k as f64 / trials as f64,
+            "ours {:.1} % [{low:.1}, {high:.1}] of {}; published {printed} %, about {k} of {trials}, lower limit {limit:.1} %",
+            ours.value, ours.n,
         );
         let p = p_of_rate(ours.value, limit, ours.n);
         Ok(verdict(within((low, high), limit, f64::INFINITY), why).with_p(p))

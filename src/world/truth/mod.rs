@@ -21,7 +21,6 @@ use crate::math;
 use crate::observation::{Belief, Scan, SensedObstacle};
 use crate::robot::Robot;
 use crate::settings::quantity::Fraction;
-use crate::trace::Closest;
 use contact::{Sample, bound, first_contact, lowest};
 use physics::Physics;
 use tick::Tick;
@@ -32,6 +31,22 @@ pub(super) use bodies::{Bodies, Body};
 /// The robot counts as standing still while its centre and every point of its outline are slower than this, m/s. The outline of a
 /// disc does not move where the disc turns on the spot.
 const REST_SPEED_MPS: f64 = 0.02;
+
+/// The smallest clearances of an episode by what the robot came near to, m: lower bounds, up to a millimetre below the truth;
+/// infinity where there was nothing of the kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closest {
+    /// To a mover.
+    pub movers_m: f64,
+    /// To an unknown static.
+    pub unknown_m: f64,
+}
+
+impl Default for Closest {
+    fn default() -> Self {
+        Self { movers_m: f64::INFINITY, unknown_m: f64::INFINITY }
+    }
+}
 
 /// Result of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]

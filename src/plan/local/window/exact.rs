@@ -73,8 +73,8 @@ impl<'a> Exact<'a> {
                 least_m = self.obstacles.clearance(at(lowest), least_m);
                 limit = below(least_m);
             }
-            for k in 0..steps {
-                if squares[k][lane] < limit && k != lowest {
+            for (k, square) in squares.iter().enumerate() {
+                if square[lane] < limit && k != lowest {
                     let distance_m = self.obstacles.clearance(at(k), least_m);
                     if distance_m < least_m {
                         (least_m, limit) = (distance_m, below(distance_m));

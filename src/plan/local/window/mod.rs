@@ -386,7 +386,7 @@ impl DynamicWindow {
             };
             let mut movers = Gaps::new(statics.free_steps);
             let track = &self.track[..driven];
-            let ends = track[driven - 1];
+            let end_at = |lane: usize| track[driven - 1].map(|axis| f64::from(axis[lane]));
             if !looks_ahead {
                 let step = exact.is_none().then_some(&block.step);
                 movers.pass(self.width, &self.discs, 0.0, step, track, cap);
@@ -412,8 +412,7 @@ impl DynamicWindow {
             }
             for lane in 0..LANES.min(count - number * LANES) {
                 let free = smaller(statics.free_steps[lane], movers.free_steps[lane]) as usize;
-                let end = Vec2::new(f64::from(ends[0][lane]), f64::from(ends[1][lane]));
-                self.rollouts.end.push(end * pitch_m);
+                self.rollouts.end.push(Vec2::from(end_at(lane)) * pitch_m);
                 self.rollouts.free_s.push(free as f64 * dt_s);
                 let clearance = |gaps: &Gaps| {
                     if free < steps {
