@@ -150,7 +150,7 @@ mod tests {
         // T(δ) = −√(n δ / (1 − δ)): the interval of 95 % ends at z² / (n + z²).
         let outcomes = PairedOutcomes { both: 40, ..PairedOutcomes::default() };
         let (low, high) = tango_interval(outcomes, 0.95).unwrap();
-        let expected = 3.841_458_820_694_124 / 43.841_458_820_694_124;
+        let expected = 3.841_458_820_694_124 / (40.0 + 3.841_458_820_694_124);
         assert!((high - expected).abs() < 1e-12 && (low + expected).abs() < 1e-12, "{low} {high}");
     }
 

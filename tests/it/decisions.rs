@@ -156,7 +156,7 @@ impl LocalPlanner for Witness {
         let decision = self.planner.decide(situation, guidance)?;
         let from = situation.pose.position;
         let is_near = situation.obstacles.iter().any(|mover| (mover.position - from).norm() < NEAR_M);
-        if situation.tick % if is_near { STRIDE_NEAR_MOVERS } else { STRIDE } == 0 {
+        if situation.tick.is_multiple_of(if is_near { STRIDE_NEAR_MOVERS } else { STRIDE }) {
             let mut row = describe(&self.template, situation, guidance);
             (row.command_v, row.command_omega) = (decision.command.v, decision.command.omega);
             row.recovers = decision.state == State::RECOVER;
