@@ -92,7 +92,9 @@ impl Params {
         let found = Difference::of(&pairs, self.metric == SUCCESS && self.factor == 1.0)?;
         let factor = if self.factor == 1.0 { String::new() } else { format!(" ({} times)", self.factor) };
         let why = format!("{:.2} against {:.2}{factor}, {}", found.first, found.second, found.text());
-        Ok(verdict(found.ruling(self.is), why).with_p(found.p))
+        let verdict = verdict(found.ruling(self.is), why);
+        // Numbers that are the same in every world are no estimate.
+        Ok(if found.is_same_everywhere() { verdict } else { verdict.with_p(found.p) })
     }
 
     fn published(&self, data: &Data<'_>) -> Verdict {
@@ -160,10 +162,14 @@ impl Difference {
             Relation::Less if is_more => Ruling::Fails,
             Relation::More if is_more => Ruling::Holds,
             Relation::More if is_less => Ruling::Fails,
-            // The numbers are the same in every world.
-            _ if !self.is_success && low == 0.0 && high == 0.0 => Ruling::Fails,
+            _ if self.is_same_everywhere() => Ruling::Fails,
             _ => Ruling::Undecided,
         }
+    }
+
+    /// Whether the numbers are the same in every world; successes that are the same may differ elsewhere.
+    fn is_same_everywhere(&self) -> bool {
+        !self.is_success && self.interval == (0.0, 0.0)
     }
 
     /// The difference in words.
