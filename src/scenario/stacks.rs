@@ -4,7 +4,7 @@ use super::{KeyPath, Name, Step};
 use crate::plan::global::GlobalChoice;
 use crate::plan::local::LocalChoice;
 use crate::plan::path::PathChoice;
-use crate::plan::stack::{Caps, Replan, StackSpec, SubGoals};
+use crate::plan::stack::{Caps, Movers, Replan, StackSpec, SubGoals};
 use crate::settings::quantity::{NonNegative, Positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
@@ -39,6 +39,9 @@ pub struct Product {
     /// Which point of the path to steer for; by default what `planning.sub_goals` says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sub_goals: Option<SubGoals>,
+    /// What sensed movers are to the global planner; by default what `planning.movers` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub movers: Option<Movers>,
     /// Highest forward speed that the planners may use, m/s; by default, and at most, that of `limits`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_max_mps: Option<Positive>,
@@ -71,6 +74,9 @@ pub struct Listed {
     /// Which point of the path to steer for; by default what `planning.sub_goals` says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sub_goals: Option<SubGoals>,
+    /// What sensed movers are to the global planner; by default what `planning.movers` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub movers: Option<Movers>,
     /// Highest forward speed that the planners may use, m/s; by default, and at most, that of `limits`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_max_mps: Option<Positive>,
@@ -133,18 +139,19 @@ impl Stacks {
 struct Rules {
     replan: Option<Replan>,
     sub_goals: Option<SubGoals>,
+    movers: Option<Movers>,
     caps: Caps,
 }
 
 impl Rules {
     fn of_product(product: &Product) -> Self {
-        let Product { replan, sub_goals, speed_max_mps, reverse_speed_max_mps, .. } = product.clone();
-        Self { replan, sub_goals, caps: Caps { speed_max_mps, reverse_speed_max_mps } }
+        let Product { replan, sub_goals, movers, speed_max_mps, reverse_speed_max_mps, .. } = product.clone();
+        Self { replan, sub_goals, movers, caps: Caps { speed_max_mps, reverse_speed_max_mps } }
     }
 
     fn of_listed(listed: &Listed) -> Self {
-        let Listed { replan, sub_goals, speed_max_mps, reverse_speed_max_mps, .. } = listed.clone();
-        Self { replan, sub_goals, caps: Caps { speed_max_mps, reverse_speed_max_mps } }
+        let Listed { replan, sub_goals, movers, speed_max_mps, reverse_speed_max_mps, .. } = listed.clone();
+        Self { replan, sub_goals, movers, caps: Caps { speed_max_mps, reverse_speed_max_mps } }
     }
 }
 
@@ -156,6 +163,7 @@ fn spec(name: Option<&Name>, global: &Global, path: &[PathChoice], local: &Local
         local: local.clone(),
         replan: rules.replan.clone(),
         sub_goals: rules.sub_goals.clone(),
+        movers: rules.movers.clone(),
         caps: rules.caps,
     };
     spec.name = name.map_or_else(|| spec.default_name(), |name| name.as_str().to_owned());

@@ -245,7 +245,8 @@ mod tests {
                     }
                 }
             }
-            if course.clearance_m(start, &[]) > 0.05 && course.clearance_m(goal, &[]) > 0.05 {
+            if course.clearance_m(&course.grid, start, &[]) > 0.05 && course.clearance_m(&course.grid, goal, &[]) > 0.05
+            {
                 return course;
             }
         }

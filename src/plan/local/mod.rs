@@ -29,6 +29,7 @@ registry! {
     pub enum LocalChoice: "local planner", Entry, dyn LocalKind {
         dwa,
         imp_dwa,
+        pdwa,
         pure_pursuit,
     }
 }
@@ -61,9 +62,9 @@ fn turn_in_place(bearing: f64, robot: &Robot, dt_s: f64) -> f64 {
 pub(crate) mod tests {
     use super::*;
     use crate::geometry::{Path, Pose, Twist, Vec2};
-    use crate::map::OccupancyGrid;
+    use crate::map::{Cell, OccupancyGrid};
     use crate::observation::{Belief, SensedObstacle};
-    use crate::plan::contract::{Decision, Failure, Guidance, Situation};
+    use crate::plan::contract::{Decision, Failure, Guidance, Request, Situation};
 
     /// A small closed loop: one robot, one map, movers at constant velocity, exact arcs, ten looks a tick.
     pub(crate) struct Course {
@@ -72,6 +73,8 @@ pub(crate) mod tests {
         pub(crate) start: Pose,
         pub(crate) movers: Vec<SensedObstacle>,
         pub(crate) path: Path,
+        /// Cells that turn out to be occupied.
+        pub(crate) unexpected: Vec<Cell>,
     }
 
     /// Result of a drive.
@@ -90,7 +93,7 @@ pub(crate) mod tests {
         pub(crate) fn open(start: Pose, goal: Vec2) -> Self {
             let grid = OccupancyGrid::empty(40, 40, 1.0);
             let path = Path::polyline(&[start.position, goal]);
-            Self { robot: Robot::default(), grid, start, movers: Vec::new(), path }
+            Self { robot: Robot::default(), grid, start, movers: Vec::new(), path, unexpected: Vec::new() }
         }
 
         /// Drives for at most `ticks`, with a planner from `planner` for each tick.
@@ -99,7 +102,11 @@ pub(crate) mod tests {
             ticks: u32,
             mut planner: impl FnMut(&Situation<'_>, &Guidance<'_>) -> Result<Decision, Failure>,
         ) -> Drive {
-            let belief = Belief::from(&self.grid);
+            let mut belief = Belief::from(&self.grid);
+            for &cell in &self.unexpected {
+                let square = self.grid.square(cell);
+                belief.add(square, |other| other == square);
+            }
             let (goal, dt_s) = (self.path.end(), 0.1);
             let (mut pose, mut twist, mut movers, mut progress_m) = (self.start, Twist::ZERO, self.movers.clone(), 0.0);
             let mut drive = Drive { poses: vec![], decisions: vec![], clearance_m: f64::INFINITY, arrived: false };
@@ -114,6 +121,9 @@ pub(crate) mod tests {
                 };
                 let guidance = Guidance::to_end(&self.path, progress_m);
                 let decision = planner(&situation, &guidance).expect("an answer");
+                if let Some(Request::GoBack { to_m }) = decision.request {
+                    progress_m = math::min(progress_m, to_m);
+                }
                 let reached = self.robot.actuate(twist, decision.command, dt_s);
                 twist = reached;
                 for _ in 0..10 {
@@ -121,7 +131,8 @@ pub(crate) mod tests {
                     for mover in &mut movers {
                         mover.position += mover.velocity * (0.1 * dt_s);
                     }
-                    drive.clearance_m = math::min(drive.clearance_m, self.clearance_m(pose.position, &movers));
+                    drive.clearance_m =
+                        math::min(drive.clearance_m, self.clearance_m(belief.grid(), pose.position, &movers));
                 }
                 drive.poses.push(pose);
                 drive.decisions.push(decision);
@@ -133,11 +144,11 @@ pub(crate) mod tests {
             drive
         }
 
-        pub(crate) fn clearance_m(&self, p: Vec2, movers: &[SensedObstacle]) -> f64 {
-            let extent = self.grid.extent_m();
+        pub(crate) fn clearance_m(&self, grid: &OccupancyGrid, p: Vec2, movers: &[SensedObstacle]) -> f64 {
+            let extent = grid.extent_m();
             let mut nearest = math::min(math::min(p.x, extent.x - p.x), math::min(p.y, extent.y - p.y));
-            for (index, _) in self.grid.occupied().iter().enumerate().filter(|&(_, &occupied)| occupied) {
-                nearest = math::min(nearest, self.grid.square(self.grid.cell(index)).signed_distance(p));
+            for (index, _) in grid.occupied().iter().enumerate().filter(|&(_, &occupied)| occupied) {
+                nearest = math::min(nearest, grid.square(grid.cell(index)).signed_distance(p));
             }
             for mover in movers {
                 nearest = math::min(nearest, (p - mover.position).norm() - mover.radius_m());

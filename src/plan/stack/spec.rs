@@ -1,6 +1,6 @@
 //! A stack as a scenario describes it.
 
-use super::{PlanningSpec, Replan, Stack, SubGoals};
+use super::{Movers, PlanningSpec, Replan, Stack, SubGoals};
 use crate::math;
 use crate::plan::global::GlobalChoice;
 use crate::plan::local::LocalChoice;
@@ -23,6 +23,8 @@ pub struct StackSpec {
     pub replan: Option<Replan>,
     /// Which point of the path to steer for; `None` for the rule of `planning.sub_goals`.
     pub sub_goals: Option<SubGoals>,
+    /// What sensed movers are to the global planner; `None` for what `planning.movers` says.
+    pub movers: Option<Movers>,
     /// Limits of this stack below those of the robot.
     pub caps: Caps,
 }
@@ -86,6 +88,9 @@ impl StackSpec {
         }
         if let Some(sub_goals) = &self.sub_goals {
             stack.planning.sub_goals = sub_goals.clone();
+        }
+        if let Some(movers) = &self.movers {
+            stack.planning.movers = movers.clone();
         }
         stack.caps = self.caps;
         stack
