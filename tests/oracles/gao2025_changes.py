@@ -45,7 +45,7 @@ CHANGES = {
     "clip of the clearance 2 % higher": {"CAP_M": 1.02 * paper.CAP_M},
     "`d2` at least 41 m": {"SEGMENT_MIN_M": 41.0},
     "horizon 2.9 s": {"STEPS": 29},
-    "ω = 0 not sampled": {"window": lambda *axis: window(*axis[:-1], ())},
+    "ω = 0 not sampled": {"window": lambda *axis: window(*axis[:-1], [x for x in axis[-1] if x != 0.0])},
     "movers stand": {"movers": lambda problem: [(x, y, radius, 0.0, 0.0) for x, y, radius, _, _ in problem.discs]},
     "movers move for `dwa` too": {"movers": lambda problem: problem.discs},
     "eq. 22 without its angular half": {"admissible": without_angular_half},
