@@ -24,8 +24,9 @@ FIRST_DIFFERENCES = 20  # printed
 def automaton_of(drive):
     """The planner of a drive, and its map as a set of blocked cells."""
     limits, window, tick_s = drive["robot"], drive["window"], drive["dt_s"]
-    if window["prediction"] != "euler" or window["va_distance"] not in ("arc", "clearance"):
-        raise ValueError(f"prediction is {window['prediction']!r}, expected euler; va_distance is {window['va_distance']!r}, expected arc or clearance")
+    for key, words in (("prediction", ["euler"]), ("va_distance", ["arc", "clearance"])):
+        if window[key] not in words:
+            raise ValueError(f"{key} is {window[key]!r}, expected {' or '.join(words)}")
     automaton = paper.Automaton(
         robot=core.Robot(
             radius_m=limits["radius_m"],
@@ -183,7 +184,9 @@ def self_test():
     assert len(points) == 30 and math.isclose(points[0][0], 3.505) and math.isclose(points[19][0], 4.55) and math.isclose(points[29][0], 5.55)
     # A mover that stands 5 cm less than the margin beside where the robot ends up, and one 5 cm more.
     automaton.region = 0
-    assert [automaton.in_conflict(paper.Now(now.pose, now.twist, 3.0, [(5.55, 5.0 + 0.45 + gap, 0.3, 0.0, 0.0)], [], [])) for gap in (0.25, 0.35)] == [True, False]
+    for gap, expected in ((0.25, True), (0.35, False)):
+        now.movers = [(5.55, 5.0 + 0.45 + gap, 0.3, 0.0, 0.0)]
+        assert automaton.in_conflict(now) is expected
     test_states(automaton)
     print("regions, rectangles, conflict, backing up and states are as worked by hand")
 
