@@ -9,10 +9,12 @@ import csv
 import math
 from multiprocessing import Pool
 
-import gao2025_dwa as comparison
+import decisions
+import dynamic_window as core
 import gao2025_paper as paper
+from gao2025_dwa import decide
 
-clearances_m, terms, window = paper.clearances_m, paper.terms, paper.window
+clearances_m, window = core.clearances_m, core.window
 
 
 def changed_clearances(change):
@@ -30,7 +32,8 @@ def line_clearances_m(problem, poses, reach):
 
 
 def without_angular_half(problem, twist, clearance):
-    return clearance > 0.0 and (problem.va_distance == "arc" or twist[0] ** 2 <= 2.0 * clearance * paper.ACCELERATION_MPS2)
+    arc = problem.sampling.va_distance == "arc"
+    return clearance > 0.0 and (arc or twist[0] ** 2 <= 2.0 * clearance * problem.robot.deceleration_mps2)
 
 
 CHANGES = {
@@ -42,7 +45,7 @@ CHANGES = {
     "clip of the clearance 2 % higher": {"CAP_M": 1.02 * paper.CAP_M},
     "`d2` at least 41 m": {"SEGMENT_MIN_M": 41.0},
     "horizon 2.9 s": {"STEPS": 29},
-    "ω = 0 not sampled": {"window": lambda *axis: window(*axis[:-1], ())},
+    "ω = 0 not sampled": {"window": lambda *axis: window(*axis[:-1], [x for x in axis[-1] if x != 0.0])},
     "movers stand": {"movers": lambda problem: [(x, y, radius, 0.0, 0.0) for x, y, radius, _, _ in problem.discs]},
     "movers move for `dwa` too": {"movers": lambda problem: problem.discs},
     "eq. 22 without its angular half": {"admissible": without_angular_half},
@@ -58,16 +61,19 @@ CHANGES = {
 def differs(job):
     """Whether the second implementation with a change decides otherwise than simrun."""
     name, row = job
-    unchanged = {key: getattr(paper, key) for key in CHANGES[name]}
-    vars(paper).update(CHANGES[name])
+    changes = [(core if hasattr(core, key) else paper, key, value) for key, value in CHANGES[name].items()]
+    unchanged = [(module, key, getattr(module, key)) for module, key, _ in changes]
+    for change in changes:
+        setattr(*change)
     try:
-        return not comparison.is_same(row, comparison.decide(row))
+        return not decisions.is_same(row, decide(row))
     finally:
-        vars(paper).update(unchanged)
+        for change in unchanged:
+            setattr(*change)
 
 
 def main():
-    with open(comparison.DATA / "decisions.csv") as file:
+    with open(decisions.DATA / "decisions.csv") as file:
         rows = [row for k, row in enumerate(csv.DictReader(file)) if k % 5 == 0 or row["recovers"] == "true"]
     groups = sorted({(row["va_distance"], row["planner"]) for row in rows})
     print("| change |", " | ".join(f"`{planner}`, `{va_distance}`" for va_distance, planner in groups), "|")
