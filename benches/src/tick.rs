@@ -149,6 +149,7 @@ impl Peers {
             local,
             replan: None,
             sub_goals: None,
+            movers: None,
             caps: Caps::default(),
         }
         .build(&PlanningSpec { inflation_m: Some(NonNegative::new(0.35)), ..PlanningSpec::default() });

@@ -20,6 +20,7 @@ pub fn differences<'a>(stacks: impl Iterator<Item = &'a StackSpec>, planning: &P
         if stack.global.is_some() {
             add("replan", words(stack.replan.as_ref().unwrap_or(&planning.replan)));
             add("sub_goals", words(stack.sub_goals.as_ref().unwrap_or(&planning.sub_goals)));
+            add("movers", words(stack.movers.as_ref().unwrap_or(&planning.movers)));
         }
         add("speed_max_mps", words(&stack.caps.speed_max_mps));
         add("reverse_speed_max_mps", words(&stack.caps.reverse_speed_max_mps));

@@ -17,6 +17,7 @@ mod episodes;
 mod layering;
 mod oracle;
 mod pairing;
+mod pdwa_decisions;
 mod plan;
 mod reference;
 mod regressions;

@@ -59,9 +59,11 @@ class Candidate:
 
 
 def window(centre, fall, rise, low, high, step, extra):
-    """Samples of one axis of V_s ∩ V_d: from the low end by `step`, both ends, the present value, and `extra` if inside."""
-    low = max(low, centre - fall)
-    high = min(high, centre + rise)
+    """Samples of one axis of V_s ∩ V_d: from the low end by `step`, both ends, the present value, and `extra` if inside.
+
+    Where nothing of V_s is within reach, what is nearest to it: a robot that still rolls backwards brakes.
+    """
+    low, high = (min(max(end, centre - fall), centre + rise) for end in (low, high))
     values = [low + i * step for i in range(int((high - low) / step + 1e-9) + 1)]
     values += [x for x in (high, centre, *extra) if low <= x <= high]
     values.sort()

@@ -213,6 +213,7 @@ class Automaton:
     def in_conflict(self, now):
         """Whether an obstacle touches a watched rectangle and comes too near to the nominal motion."""
         watched, points, tick_s = self.watched(), self.nominal(now), self.sampling.tick_s
+        back = self.path.point(now.progress_m + self.params["retreat_lookahead_m"])
         found = False
         for x, y, radius, vx, vy in now.movers:
             touching = min(rectangle.gap_to_point_m(x, y) for rectangle in watched) - radius
@@ -221,6 +222,7 @@ class Automaton:
         for box in now.unexpected:
             touching = min(rectangle.gap_to_box_m(box) for rectangle in watched)
             found |= self.is_near(touching, min(core.point_to_box_m(*q, box) for q in points) - self.robot.radius_m)
+            found |= self.is_near(0.0, segment_to_box_m(now.pose[:2], back, box) - self.robot.radius_m)
         return found
 
     def is_near(self, touching, gap):
@@ -322,7 +324,7 @@ class Automaton:
         return (v, omega) if self.has_room(now, v, omega) else (0.0, 0.0)
 
     def has_room(self, now, v, omega):
-        """Whether no obstacle, each by itself, is near on the way back, unless it is no nearer than now."""
+        """Whether nothing is near on the way back: the nearest static and each mover, unless it is no nearer than if the robot stood."""
         tick_s, radius_m = self.sampling.tick_s, self.robot.radius_m
         ticks = self.ticks_of("retreat_check_s")
         x, y, theta = now.pose
@@ -333,17 +335,41 @@ class Automaton:
         def distances(pose, t):
             px, py, _ = pose
             return [
-                core.border_m(px, py, self.size),
-                *(core.point_to_box_m(px, py, box) for box in near),
+                min([core.border_m(px, py, self.size), *(core.point_to_box_m(px, py, box) for box in near)]),
                 *(math.dist((px, py), (cx + vx * t, cy + vy * t)) - radius for cx, cy, radius, vx, vy in now.movers),
             ]
 
-        first = distances(now.pose, 0.0)
         for t in (j * tick_s for j in range(1, ticks + 1)):
-            then = distances(arc((x, y, theta), v, omega, t), t)
-            if any(b < least and b < a - ROUNDING_M for a, b in zip(first, then)):
+            stood, then = distances(now.pose, t), distances(arc((x, y, theta), v, omega, t), t)
+            if any(b < least and b < a - ROUNDING_M for a, b in zip(stood, then)):
                 return False
         return True
+
+
+def segment_to_box_m(a, b, box):
+    """Distance of a segment to a box, 0 where they touch."""
+
+    def to_segment_m(x, y):
+        dx, dy = b[0] - a[0], b[1] - a[1]
+        length_squared = dx * dx + dy * dy
+        share = ((x - a[0]) * dx + (y - a[1]) * dy) / length_squared if length_squared > 0.0 else 0.0
+        share = min(1.0, max(0.0, share))
+        return math.hypot(x - a[0] - share * dx, y - a[1] - share * dy)
+
+    # The parts of the segment between the sides, in x and in y, in shares of its length: it passes through the box where they overlap.
+    enters, leaves = 0.0, 1.0
+    for k in (0, 1):
+        step = b[k] - a[k]
+        if step == 0.0:
+            if not box[k] <= a[k] <= box[k + 2]:
+                enters = math.inf
+            continue
+        first, last = sorted(((box[k] - a[k]) / step, (box[k + 2] - a[k]) / step))
+        enters, leaves = max(enters, first), min(leaves, last)
+    if enters <= leaves:
+        return 0.0
+    corners = [to_segment_m(x, y) for x in (box[0], box[2]) for y in (box[1], box[3])]
+    return min(corners + [core.point_to_box_m(*a, box), core.point_to_box_m(*b, box)])
 
 
 def arc(pose, v, omega, t):

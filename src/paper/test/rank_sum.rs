@@ -24,6 +24,13 @@ pub struct Params {
     pub is: Relation,
     /// The second stack.
     pub than: Place,
+    /// Its numbers are multiplied by this; default 1.
+    #[serde(default = "one")]
+    pub factor: f64,
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 impl Kind for Params {
@@ -31,6 +38,9 @@ impl Kind for Params {
         check_metric(&self.metric)?;
         paper.known(&self.of.table)?;
         paper.known(&self.than.table)?;
+        if !(self.factor > 0.0 && self.factor.is_finite()) {
+            return Err("`factor` is above 0".to_owned());
+        }
         if self.is == Relation::Equal { Err("`is` is `less` or `more`".to_owned()) } else { Ok(()) }
     }
 
@@ -41,7 +51,8 @@ impl Kind for Params {
     fn judge(&self, data: &Data<'_>) -> Verdict {
         let judged = || {
             let of = values(data.stack(&self.of)?, &self.metric);
-            let than = values(data.stack(&self.than)?, &self.metric);
+            let mut than = values(data.stack(&self.than)?, &self.metric);
+            than.iter_mut().for_each(|value| *value *= self.factor);
             let shift = hodges_lehmann_shift(&of, &than).ok_or_else(|| missing("no rows"))?;
             let p = rank_sum(&of, &than).p;
             let ruling = match self.is {

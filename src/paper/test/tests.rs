@@ -257,6 +257,9 @@ fn independent_samples_are_tested_by_their_rank_sum() {
     assert_eq!(ruling(&sum("more"), &found, &[]), Ruling::Fails);
     let few = evidence(&[("a", &shorter(1.0)[..2]), ("b", &TEN[..2])]);
     assert_eq!(ruling(&sum("less"), &few, &[]), Ruling::Undecided);
+    // A hundredth of the second is less than the first.
+    let scaled = sum("less").replace("b}}", "b}, factor: 0.01}");
+    assert_eq!(ruling(&scaled, &found, &[]), Ruling::Fails);
 }
 
 #[test]

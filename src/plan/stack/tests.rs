@@ -140,6 +140,7 @@ fn a_specification_builds_the_stack_that_it_describes() {
         local: LocalChoice::by_name("pure_pursuit").unwrap(),
         replan: Some(Replan::by_name("when_stuck").unwrap()),
         sub_goals: Some(SubGoals::by_name("key_nodes").unwrap()),
+        movers: None,
         caps: Caps { speed_max_mps: Some(Positive::new(0.5)), reverse_speed_max_mps: None },
     };
     let stack = spec.build(&PlanningSpec::default());

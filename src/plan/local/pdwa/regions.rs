@@ -5,6 +5,9 @@ use crate::geometry::Vec2;
 use crate::geometry::convex;
 use crate::plan::contract::Guidance;
 
+/// Shapes nearer than this touch, m: the edges of regions along a grid lie on those of its cells.
+const TOUCH_M: f64 = 1e-9;
+
 /// One region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Region {
@@ -33,12 +36,12 @@ impl Rectangle {
 
     /// Whether a disc touches it.
     pub(super) fn touches_disc(&self, centre: Vec2, radius_m: f64) -> bool {
-        convex::point_distance(&self.corners, centre) <= radius_m
+        convex::point_distance(&self.corners, centre) <= radius_m + TOUCH_M
     }
 
     /// Whether a convex polygon touches it.
     pub(super) fn touches(&self, corners: &[Vec2]) -> bool {
-        convex::distance(&self.corners, corners) <= 0.0
+        convex::distance(&self.corners, corners) <= TOUCH_M
     }
 }
 
