@@ -36,6 +36,7 @@ registry! {
         bfs,
         dfs,
         imp_a_star,
+        enhanced_a_star,
     }
 }
 
