@@ -37,6 +37,7 @@ registry! {
         dfs,
         imp_a_star,
         enhanced_a_star,
+        ssa_star,
     }
 }
 
