@@ -58,7 +58,7 @@ pub struct PlanningGrid {
     /// Cells of the last escape zone opened, in a buffer that is reused.
     zone: Vec<u32>,
     inflation_m: f64,
-    /// The distance field of the map, row-major without a border; empty without inflation.
+    /// The distance field of the map, row-major without a border.
     squares: Vec<u32>,
     /// Padded like `cells`, empty without inflation: what a line through the cell has to look at, see [`Near`].
     near: Vec<u8>,
@@ -101,7 +101,7 @@ impl Capsule {
 
 impl PlanningGrid {
     /// A cell is blocked if it is occupied or its centre is nearer than `inflation_m` to an
-    /// occupied square (the border of the map counts as occupied). Without inflation the field is not read.
+    /// occupied square (the border of the map counts as occupied).
     ///
     /// # Panics
     /// If a side is longer than [`SIDE_MAX`] cells.
@@ -125,9 +125,7 @@ impl PlanningGrid {
         self.inflation_m = inflation_m;
         self.capsules.clear();
         self.squares.clear();
-        if inflation_m > 0.0 {
-            self.squares.extend_from_slice(field.squares());
-        }
+        self.squares.extend_from_slice(field.squares());
         self.look_for_corners();
         let stride = self.stride();
         self.row_factor = (1u64 << ROW_BITS).div_ceil(stride as u64);
@@ -159,7 +157,7 @@ impl PlanningGrid {
     /// Works out [`Self::near`] from the squares.
     fn look_for_corners(&mut self) {
         self.near.clear();
-        if self.squares.is_empty() {
+        if self.inflation_m <= 0.0 {
             return;
         }
         let (stride, cols) = (self.stride(), self.cols as usize);
@@ -280,6 +278,33 @@ impl PlanningGrid {
         self.zone = zone;
     }
 
+    /// Blocks every free cell that has a blocked neighbour, across an edge or, with `across_corners`, a vertex. Cells of escape zones
+    /// and those of `spared` stay as they are; the border of the map blocks nothing.
+    pub(super) fn dilate(&mut self, across_corners: bool, spared: [Cell; 2]) {
+        const EDGES: u8 = 0b0101_0101;
+        // Bits of the neighbours in a row or column, see `around`.
+        const EAST: u8 = 0b1000_0011;
+        const NORTH: u8 = 0b0000_1110;
+        const WEST: u8 = 0b0011_1000;
+        const SOUTH: u8 = 0b1110_0000;
+        let spared = spared.map(|cell| if self.contains(cell) { self.index(cell) } else { 0 });
+        for row in 0..self.rows {
+            for col in 0..self.cols {
+                let index = self.index(Cell { col, row });
+                let outside = if col == 0 { WEST } else { 0 }
+                    | if col == self.cols - 1 { EAST } else { 0 }
+                    | if row == 0 { SOUTH } else { 0 }
+                    | if row == self.rows - 1 { NORTH } else { 0 };
+                let asked = if across_corners { u8::MAX } else { EDGES } & !outside;
+                let is_beside = !self.around[index as usize] & asked != 0;
+                if is_beside && self.cells[index as usize] == PASSABLE && !spared.contains(&index) {
+                    self.cells[index as usize] = BLOCKED;
+                }
+            }
+        }
+        self.look_around(0..self.rows as usize);
+    }
+
     /// Number of columns.
     pub fn cols(&self) -> i32 {
         self.cols
@@ -351,10 +376,11 @@ impl PlanningGrid {
         self.inflation_m
     }
 
-    /// The obstacle squares of the map; none without inflation, when the grid does not know them.
+    /// The obstacle squares of the map, from which lines keep the inflation; none without inflation, when blocked cells are all that
+    /// counts.
     pub fn obstacles(&self) -> Option<Obstacles<'_>> {
         let known = || Obstacles::of_squares(&self.squares, self.cols, self.rows, self.resolution_m);
-        (!self.squares.is_empty()).then(known)
+        (self.inflation_m > 0.0).then(known)
     }
 
     /// Whether the robot can go straight from a to b (grid frame, m): the segment keeps the inflation from obstacle squares, and
@@ -597,7 +623,7 @@ impl PlanningGrid {
     /// The sight of path stages: the segment is clear as [`Self::is_clear_to`] has it for `path_m`, the clearance of the path that
     /// it replaces, and keeps `clearance_m` from blocked squares where the stage asks for any.
     pub fn may_replace(&self, a: Vec2, b: Vec2, path_m: f64, clearance_m: f64) -> bool {
-        if self.squares.is_empty() {
+        if self.inflation_m <= 0.0 {
             return self.line_of_sight_with_clearance(a, b, clearance_m);
         }
         self.is_clear_to(a, b, path_m) && (clearance_m <= 0.0 || self.line_of_sight_with_clearance(a, b, clearance_m))
@@ -639,6 +665,13 @@ impl PlanningGrid {
 
     fn contains(&self, cell: Cell) -> bool {
         cell.col >= 0 && cell.col < self.cols && cell.row >= 0 && cell.row < self.rows
+    }
+
+    /// Distance from the centre of a cell of the map, given by its padded index, to the nearest obstacle square or the border of the
+    /// map, in cells: what the map has, whatever the inflation. At least half a cell where the cell is passable.
+    pub(super) fn obstacle_distance_cells(&self, index: u32) -> f64 {
+        let Cell { col, row } = self.cell(index);
+        0.5 * f64::from(self.squares[row as usize * self.cols as usize + col as usize]).sqrt()
     }
 
     /// Number of passable cells, those of escape zones included.

@@ -102,6 +102,8 @@ real_quantities! {
     NonNegative: "a number of at least 0", |x| x >= 0.0, {"type": "number", "minimum": 0};
     /// A control period: 0.001 s to 10 s.
     Period: "a number from 0.001 to 10", |x| (0.001..=10.0).contains(&x), {"type": "number", "minimum": 0.001, "maximum": 10};
+    /// A number in (0, 1].
+    PositiveFraction: "a number above 0 and at most 1", |x| x > 0.0 && x <= 1.0, {"type": "number", "exclusiveMinimum": 0, "maximum": 1};
     /// A number in [0, 1].
     Fraction: "a number from 0 to 1", |x| (0.0..=1.0).contains(&x), {"type": "number", "minimum": 0, "maximum": 1};
 }

@@ -36,6 +36,8 @@ registry! {
         bfs,
         dfs,
         imp_a_star,
+        enhanced_a_star,
+        ssa_star,
     }
 }
 

@@ -33,7 +33,7 @@ mod open;
 mod tests;
 
 pub use cost::Heuristic;
-pub(super) use cost::{CellCost, Cost, Steps};
+pub(super) use cost::{CellCost, Cost, Steps, euclidean};
 pub(super) use marks::Marks;
 pub use moves::CornerRule;
 pub(super) use moves::{Move, MoveTable, Moves};

@@ -6,7 +6,7 @@
 //!
 //! Source: corner removal of Qin, Gao, Lu, "SSA*-PDWA", Computers, Materials & Continua 87(1), 2026,
 //! as resolved in `systems.md` §3(a): `i → largest j with los_r(P_i, P_j, r)`; there r is half a cell
-//! (Q-A5). Common practice otherwise ("string pulling").
+//! (Q-A5): `clearance_cells: 0.5`. Common practice otherwise ("string pulling").
 //!
 //! A shortcut keeps the inflation from obstacles as every planned line does ([`PlanningGrid::is_clear`]), or as much as the
 //! path that it replaces where that has less.
@@ -16,6 +16,7 @@
 
 use super::{PathKind, Room};
 use crate::geometry::{Path, Piece, Vec2};
+use crate::math;
 use crate::plan::PlanningGrid;
 use crate::plan::contract::{Entry, Failure, PathStage, Task};
 use crate::settings::quantity::NonNegative;
@@ -30,11 +31,14 @@ pub struct Params {
     /// more of the path. Default 0: it keeps the inflation (`planning.inflation_m`) from obstacles, and without inflation
     /// it must not touch a blocked square.
     pub clearance_m: NonNegative,
+    /// The same in cells of the map; the larger of the two counts. Half a cell lets a shortcut pass beside a blocked square along a row or
+    /// column of cell centres and past no corner nearer than that. Default 0.
+    pub clearance_cells: NonNegative,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { clearance_m: NonNegative::new(0.0) }
+        Self { clearance_m: NonNegative::new(0.0), clearance_cells: NonNegative::new(0.0) }
     }
 }
 
@@ -55,6 +59,7 @@ impl PathKind for Params {
 #[derive(Debug)]
 pub struct Stage {
     clearance_m: f64,
+    clearance_cells: f64,
     vertices: Vec<Vec2>,
     room_m: Vec<f64>,
 }
@@ -62,7 +67,12 @@ pub struct Stage {
 impl Stage {
     /// A fresh stage.
     pub fn new(params: &Params) -> Self {
-        Self { clearance_m: params.clearance_m.get(), vertices: Vec::new(), room_m: Vec::new() }
+        Self {
+            clearance_m: params.clearance_m.get(),
+            clearance_cells: params.clearance_cells.get(),
+            vertices: Vec::new(),
+            room_m: Vec::new(),
+        }
     }
 }
 
@@ -79,7 +89,8 @@ impl Stage {
         self.vertices.extend(path.vertices());
         let vertices = &self.vertices;
         let room = Room::of(grid, path, &mut self.room_m);
-        let in_sight = |i: usize, j: usize| room.may_replace(i..j, vertices[i], vertices[j], self.clearance_m);
+        let clearance_m = math::max(self.clearance_m, self.clearance_cells * grid.resolution_m());
+        let in_sight = |i: usize, j: usize| room.may_replace(i..j, vertices[i], vertices[j], clearance_m);
         let last = vertices.len() - 1;
         let mut pieces = Vec::new();
         let mut at = 0;
@@ -102,13 +113,14 @@ impl Stage {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::{Cell, OccupancyGrid};
     use crate::math::FRAC_PI_2;
     use crate::plan::contract::Problem;
     use crate::plan::global::GlobalChoice;
     use crate::plan::grid::tests::{drawn, random_cell, random_map, stream, uninflated};
 
     fn stage(clearance_m: f64) -> Stage {
-        Stage::new(&Params { clearance_m: NonNegative::new(clearance_m) })
+        Stage::new(&Params { clearance_m: NonNegative::new(clearance_m), ..Params::default() })
     }
 
     fn points(numbers: &[(f64, f64)]) -> Vec<Vec2> {
@@ -141,6 +153,39 @@ mod tests {
         let kept = |clearance_m| stage(clearance_m).treat(&grid, &path).vertices().collect::<Vec<_>>();
         assert_eq!(kept(0.25), points(&[(1.5, 2.25), (3.5, 2.25), (3.5, 1.0)]));
         assert_eq!(kept(0.26), path.vertices().collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn half_a_cell_of_clearance_is_the_corner_removal_of_the_paper() {
+        for resolution_m in [1.0, 0.05] {
+            let map = OccupancyGrid::from_ascii(
+                &[
+                    "......", //
+                    "..#...", //
+                    "......", //
+                ],
+                resolution_m,
+            );
+            let grid = uninflated(&map);
+            let centres = |cells: &[(i32, i32)]| -> Vec<Vec2> {
+                cells.iter().map(|&(col, row)| grid.centre(Cell { col, row })).collect()
+            };
+            let half = Params { clearance_cells: NonNegative::new(0.5), ..Params::default() };
+            let kept = |cells: &[(i32, i32)]| -> Vec<Vec2> {
+                Stage::new(&half).treat(&grid, &Path::polyline(&centres(cells))).vertices().collect()
+            };
+            // Along the row over the block, half a cell above its top and below the edge of the map.
+            assert_eq!(kept(&[(0, 2), (1, 2), (2, 2), (3, 2), (4, 2)]), centres(&[(0, 2), (4, 2)]));
+            // Down to (5, 1): from (0, 2) the line passes the block's corner (3, 2) at y = 2.5 − 2.5/5 = 2, through it. From (1, 2)
+            // at y = 2.5 − 1.5/4 = 2.125 and from (2, 2) at 2.5 − 0.5/3 = 2.33, nearer than 0.5; from (3, 2), half a cell beyond
+            // the corner, it goes away from it.
+            let over = [(0, 2), (1, 2), (2, 2), (3, 2), (4, 2), (5, 1)];
+            assert_eq!(kept(&over), centres(&[(0, 2), (4, 2), (5, 1)]));
+            assert_eq!(kept(&over[3..]), centres(&[(3, 2), (5, 1)]));
+            // Without the clearance (1, 2) sees (5, 1).
+            let touching_nothing = stage(0.0).treat(&grid, &Path::polyline(&centres(&over[1..])));
+            assert_eq!(touching_nothing.vertices().collect::<Vec<_>>(), centres(&[(1, 2), (5, 1)]));
+        }
     }
 
     #[test]

@@ -213,11 +213,16 @@ impl Heuristic {
         let (dx, dy) = (cell.col.abs_diff(goal.col), cell.row.abs_diff(goal.row));
         match self {
             Self::Octile => g.plus(octile(cell, goal)).value(),
-            Self::Euclidean => g.value() + hypot(f64::from(dx), f64::from(dy)),
+            Self::Euclidean => g.value() + euclidean(cell, goal),
             Self::Manhattan => g.plus(Steps { straight: dx + dy, diagonal: 0 }).value(),
             Self::Chebyshev => g.plus(Steps { straight: dx.max(dy), diagonal: 0 }).value(),
         }
     }
+}
+
+/// The straight distance between the centres of two cells, in cells.
+pub(in super::super) fn euclidean(a: Cell, b: Cell) -> f64 {
+    hypot(f64::from(a.col.abs_diff(b.col)), f64::from(a.row.abs_diff(b.row)))
 }
 
 /// The octile distance between two cells, as steps.

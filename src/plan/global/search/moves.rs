@@ -2,6 +2,7 @@
 
 use crate::map::Cell;
 use crate::plan::PlanningGrid;
+use crate::plan::grid::PASSABLE;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -50,7 +51,8 @@ pub(in super::super) enum Move {
 }
 
 impl Move {
-    const ALL: [Self; 8] = [Self::E, Self::NE, Self::N, Self::NW, Self::W, Self::SW, Self::S, Self::SE];
+    /// All moves, in their order.
+    pub const ALL: [Self; 8] = [Self::E, Self::NE, Self::N, Self::NW, Self::W, Self::SW, Self::S, Self::SE];
 
     /// 0 to 7: E, NE, N, NW, W, SW, S, SE.
     pub const fn direction(self) -> usize {
@@ -100,9 +102,14 @@ impl Move {
         index.wrapping_add_signed(D_COL[self.direction()] + D_ROW[self.direction()] * grid.stride() as i32)
     }
 
+    /// The move back.
+    pub fn reversed(self) -> Self {
+        Self::ALL[(self.direction() + 4) % 8]
+    }
+
     /// The padded index of the cell that the move leads from to the cell of a padded index.
     pub fn index_before(self, grid: &PlanningGrid, index: u32) -> u32 {
-        Self::ALL[(self.direction() + 4) % 8].index_from(grid, index)
+        self.reversed().index_from(grid, index)
     }
 }
 
@@ -124,7 +131,12 @@ impl Moves {
         Self(rule.allows(grid.around()[index as usize]))
     }
 
-    /// The same without moves that cannot help a node reached by `arrived_by`, for searches whose g
+    /// The same for any cell of the map or its border; none from one that is blocked.
+    pub fn allowed_if_passable(grid: &PlanningGrid, index: u32, rule: CornerRule) -> Self {
+        if grid.cells()[index as usize] & PASSABLE != 0 { Self::allowed(grid, index, rule) } else { Self::NONE }
+    }
+
+    /// The moves of [`Self::allowed`] without those that cannot help a node reached by `arrived_by`, for searches whose g
     /// is the plain length of a path: the node before leads to their cells at no larger cost, and
     /// has done so already. What is expanded, when and at which g stays the same to the last node.
     ///
