@@ -177,7 +177,8 @@ class Automaton:
     def decide(self, now):
         """The command of a tick, or TRACKED; the state, the region, the conflict and the failures are left behind."""
         self.margins = Margins()
-        self.region = min(sum(b <= now.progress_m for _, b in self.regions), len(self.regions) - 1)
+        entered_m = now.progress_m + self.params["region_extension_m"]
+        self.region = min(sum(b <= entered_m for _, b in self.regions), len(self.regions) - 1)
         if self.region > self.failed_in:
             self.failures = 0
         self.conflict = self.params["trigger"] == "always" or self.in_conflict(now)

@@ -87,7 +87,7 @@ pub struct Params {
     pub region_length_min_m: NonNegative,
     /// Half the width of a region, m; wider looks at more obstacles. Default 1.5.
     pub region_half_width_m: Positive,
-    /// How far a region reaches beyond both of its ends, m. Default 0.5.
+    /// How far a region reaches beyond both of its ends, m; the robot is in the next region as soon as it is in its rectangle. Default 0.5.
     pub region_overlap_m: NonNegative,
     /// When the dynamic window drives. Default `conflict`.
     pub trigger: Trigger,

@@ -51,6 +51,7 @@ pub(super) struct Regions {
     regions: Vec<Region>,
     cuts_m: Vec<f64>,
     path_revision: Option<u32>,
+    overlap_m: f64,
 }
 
 impl Regions {
@@ -65,6 +66,7 @@ impl Regions {
             return false;
         }
         self.path_revision = Some(guidance.path_revision);
+        self.overlap_m = params.region_overlap_m.get();
         let path = guidance.path;
         self.cuts_m.clear();
         self.cuts_m.extend(guidance.key_nodes.iter().map(|node| node.along_m));
@@ -81,7 +83,7 @@ impl Regions {
         self.regions.extend(self.cuts_m.windows(2).map(|cut| {
             let ends = [path.point_at(cut[0]), path.point_at(cut[1])];
             let [from, to] = ends;
-            let rectangle = Rectangle::about(from, to, params.region_overlap_m.get(), params.region_half_width_m.get());
+            let rectangle = Rectangle::about(from, to, self.overlap_m, params.region_half_width_m.get());
             Region { from_m: cut[0], to_m: cut[1], ends, rectangle }
         }));
         true
@@ -116,9 +118,10 @@ impl Regions {
         self.cuts_m[last] = end_m;
     }
 
-    /// Number of the region that holds an arc length: of those whose end is not beyond it, at most the last.
+    /// Number of the region in which a robot at an arc length is: the last one that it has entered, overlap included.
     pub(super) fn at(&self, along_m: f64) -> usize {
-        self.regions.partition_point(|region| region.to_m <= along_m).min(self.regions.len() - 1)
+        let entered_m = along_m + self.overlap_m;
+        self.regions.partition_point(|region| region.to_m <= entered_m).min(self.regions.len() - 1)
     }
 
     /// Whether `region` is the last one.
@@ -194,11 +197,11 @@ mod tests {
     }
 
     #[test]
-    fn the_robot_is_in_the_next_region_as_soon_as_it_reaches_the_end_of_one() {
+    fn the_robot_is_in_the_next_region_as_soon_as_it_enters_its_rectangle() {
         let path = Path::polyline(&[Vec2::new(0.0, 0.0), Vec2::new(24.0, 0.0)]);
         let mut regions = Regions::default();
         regions.follow(&Guidance::to_end(&path, 0.0), &Params::default());
-        let at: Vec<usize> = [0.0, 7.9, 8.0, 16.5, 24.0].iter().map(|&along_m| regions.at(along_m)).collect();
+        let at: Vec<usize> = [0.0, 7.4, 7.5, 16.5, 24.0].iter().map(|&along_m| regions.at(along_m)).collect();
         assert_eq!(at, [0, 0, 1, 2, 2]);
     }
 }
