@@ -113,7 +113,7 @@ pub(super) trait Rule {
 }
 
 /// Cost multiplier of a step; `bits` is the OR of its two cells.
-pub(super) fn step_factor(bits: u8) -> u32 {
+fn step_factor(bits: u8) -> u32 {
     if bits & ESCAPE != 0 { ESCAPE_FACTOR } else { 1 }
 }
 
