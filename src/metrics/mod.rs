@@ -3,7 +3,7 @@
 //! [`measure`] fills every measured column of `episodes.csv`. Each metric is a small function beside the
 //! others of its kind, and its documentation holds formula, unit, the better direction, source, and
 //! what a failed episode gives: [`drive`] of the driven trajectory, [`encounter`] of meetings with
-//! obstacles, [`planned`] of the first planned path, [`shortest`] of the world alone.
+//! obstacles, [`planned`] of the first planned path, [`path_score`] of the same in one number, [`shortest`] of the world alone.
 //!
 //! An undefined value is `None`, an empty field, never NaN. Nothing here depends on how the episode was run, so
 //! metrics can be computed from any trace.
@@ -11,10 +11,12 @@
 pub mod drive;
 pub mod encounter;
 pub mod failure;
+pub mod path_score;
 pub mod planned;
 pub mod shortest;
 pub mod states;
 
+pub use path_score::PathScoreSpec;
 pub use shortest::{any_angle_m, shortest_m};
 pub use states::{StateTime, states};
 
@@ -28,7 +30,7 @@ use crate::world::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Thresholds of the metrics (scenario key `metrics`).
+/// Thresholds and weights of the metrics (scenario key `metrics`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MetricsSpec {
@@ -36,11 +38,17 @@ pub struct MetricsSpec {
     pub near_miss_m: NonNegative,
     /// Surface distance within which an unknown static or a mover counts as encountered, m (default 1.5).
     pub encounter_m: NonNegative,
+    /// Weights of the score of the planned path, by default all 1.
+    pub path_score: PathScoreSpec,
 }
 
 impl Default for MetricsSpec {
     fn default() -> Self {
-        Self { near_miss_m: NonNegative::new(0.2), encounter_m: NonNegative::new(1.5) }
+        Self {
+            near_miss_m: NonNegative::new(0.2),
+            encounter_m: NonNegative::new(1.5),
+            path_score: PathScoreSpec::default(),
+        }
     }
 }
 
@@ -125,6 +133,10 @@ pub struct Metrics {
     pub retreating_s: Option<f64>,
     /// Time in states of the local planner that recover, s.
     pub recovering_s: Option<f64>,
+    /// Score of the first planned path, over its nodes.
+    pub path_score: Option<f64>,
+    /// The same over points of equal spacing along it.
+    pub path_score_resampled: Option<f64>,
 }
 
 /// One episode to be measured.
@@ -167,6 +179,10 @@ pub fn measure(episode: Episode<'_>, spec: &MetricsSpec) -> Metrics {
         planned_turns: plan.map(planned::planned_turns),
         path_nodes: plan.map(planned::path_nodes),
         risky_nodes: plan.map(|path| planned::risky_nodes(path, &scene.map.grid)),
+        path_score: real(plan.map(|path| path_score::path_score(path, &scene.map, &spec.path_score))),
+        path_score_resampled: real(
+            plan.map(|path| path_score::path_score_resampled(path, &scene.map, &spec.path_score)),
+        ),
         expanded: Some(trace.expanded),
         generated: Some(trace.generated),
         replans: Some(trace.replans),
@@ -290,6 +306,8 @@ mod tests {
         assert_eq!((metrics.shortest_m, metrics.spl), (Some(10.0), Some(1.0)));
         assert_eq!((metrics.planned_length_m, metrics.planned_turns), (Some(10.0), Some(0)));
         assert_eq!((metrics.path_nodes, metrics.risky_nodes), (Some(3), Some(0)));
+        // Ten cells, a cell from the edge: at three nodes, and at eleven points.
+        assert_eq!((metrics.path_score, metrics.path_score_resampled), (Some(13.0), Some(21.0)));
         assert_eq!((metrics.ttc_min_s, metrics.encounters), (None, Some(0)));
         assert_eq!((metrics.expanded, metrics.generated, metrics.rollouts), (Some(11), Some(30), Some(5)));
         assert_eq!((metrics.path_deviation_mean_m, metrics.ticks), (None, Some(100)));

@@ -31,31 +31,17 @@ struct Question {
 /// The map and the questions of a scenario file; the map lies in the folder `maps`.
 fn load(scen: &Path, maps: &Path) -> (OccupancyGrid, Vec<Question>) {
     let text = read(scen);
-    let map_name = text
-        .lines()
-        .nth(1)
-        .and_then(|line| line.split('\t').nth(1))
-        .expect("a map column");
-    let map = movingai::parse(&read(
-        &maps.join(map_name.rsplit('/').next().expect("a name")),
-    ))
-    .expect("a valid map");
-    let printed: Vec<&str> = text
-        .lines()
-        .skip(1)
-        .filter_map(|line| line.split('\t').next_back())
-        .collect();
+    let map_name = text.lines().nth(1).and_then(|line| line.split('\t').nth(1)).expect("a map column");
+    let map = movingai::parse(&read(&maps.join(map_name.rsplit('/').next().expect("a name")))).expect("a valid map");
+    let printed: Vec<&str> = text.lines().skip(1).filter_map(|line| line.split('\t').next_back()).collect();
     let queries = movingai::parse_queries(&text).expect("valid queries");
     assert_eq!(printed.len(), queries.len());
-    let questions = queries
-        .iter()
-        .zip(printed)
-        .map(|(query, printed)| Question {
-            start: movingai::flip(&map, query.start),
-            goal: movingai::flip(&map, query.goal),
-            optimum: query.optimal_length,
-            tolerance: tolerance(printed, query.optimal_length),
-        });
+    let questions = queries.iter().zip(printed).map(|(query, printed)| Question {
+        start: movingai::flip(&map, query.start),
+        goal: movingai::flip(&map, query.goal),
+        optimum: query.optimal_length,
+        tolerance: tolerance(printed, query.optimal_length),
+    });
     let questions = questions.collect();
     (map, questions)
 }
@@ -70,9 +56,7 @@ fn tolerance(printed: &str, length: f64) -> f64 {
         return 0.51e-8 + 3.8e-10 * length / std::f64::consts::SQRT_2;
     }
     let digits_before_the_point = format!("{}", length.trunc()).len() as i32;
-    let unit = format!("1e{}", digits_before_the_point - 6)
-        .parse::<f64>()
-        .expect("a power of ten");
+    let unit = format!("1e{}", digits_before_the_point - 6).parse::<f64>().expect("a power of ten");
     0.6 * unit
 }
 
@@ -81,10 +65,7 @@ fn tolerance(printed: &str, length: f64) -> f64 {
 fn length(path: &[Cell]) -> f64 {
     let (mut straight, mut diagonal, mut rest) = (0, 0, 0.0);
     for pair in path.windows(2) {
-        match (
-            (pair[1].col - pair[0].col).abs(),
-            (pair[1].row - pair[0].row).abs(),
-        ) {
+        match ((pair[1].col - pair[0].col).abs(), (pair[1].row - pair[0].row).abs()) {
             (0, n) | (n, 0) => straight += n,
             (m, n) if m == n => diagonal += n,
             (m, n) => rest += f64::from(m * m + n * n).sqrt(),
@@ -100,26 +81,12 @@ struct Planners {
 
 impl Planners {
     fn on(map: &OccupancyGrid) -> Self {
-        Self {
-            grid: PlanningGrid::new(map, &DistanceField::new(map), 0.0),
-            path: Vec::new(),
-        }
+        Self { grid: PlanningGrid::new(map, &DistanceField::new(map), 0.0), path: Vec::new() }
     }
 
     fn solve(&mut self, planner: &mut dyn GlobalPlanner, question: &Question) -> f64 {
-        let problem = Problem {
-            grid: &self.grid,
-            start: question.start,
-            goal: question.goal,
-        };
-        assert_eq!(
-            planner
-                .as_grid()
-                .expect("cells")
-                .search(&problem, &mut self.path)
-                .result,
-            Ok(())
-        );
+        let problem = Problem { grid: &self.grid, start: question.start, goal: question.goal };
+        assert_eq!(planner.as_grid().expect("cells").search(&problem, &mut self.path).result, Ok(()));
         length(&self.path)
     }
 }
@@ -134,11 +101,7 @@ fn check_optima(folder: &Path, scen: &str, names: &[&str], stride: usize) {
         for question in questions.iter().step_by(stride) {
             let found = planners.solve(&mut *planner, question);
             let error = (found - question.optimum).abs();
-            assert!(
-                error <= question.tolerance,
-                "{scen} {name}: {found}, published {}",
-                question.optimum
-            );
+            assert!(error <= question.tolerance, "{scen} {name}: {found}, published {}", question.optimum);
         }
     }
 }
@@ -146,10 +109,7 @@ fn check_optima(folder: &Path, scen: &str, names: &[&str], stride: usize) {
 /// The planners that promise shortest paths.
 fn exact() -> Vec<&'static str> {
     let planners = GlobalChoice::NAMES.iter().zip(GlobalChoice::ENTRIES);
-    planners
-        .filter(|(_, entry)| entry.exact)
-        .map(|(name, _)| *name)
-        .collect()
+    planners.filter(|(_, entry)| entry.exact).map(|(name, _)| *name).collect()
 }
 
 #[test]
@@ -157,102 +117,66 @@ fn the_planners_that_promise_shortest_paths_are_these() {
     // Written down a second time on purpose: a promise that is taken back must be taken back here.
     assert_eq!(
         exact(),
-        [
-            "dijkstra",
-            "a_star",
-            "jps",
-            "improved_dijkstra",
-            "lpa_star",
-            "ssa_star"
-        ]
+        ["dijkstra", "a_star", "jps", "improved_dijkstra", "lpa_star", "d_star", "d_star_lite", "ssa_star"]
     );
 }
 
 #[test]
 fn the_shipped_maps_have_the_published_optima() {
-    for scen in [
-        "random-32-32-20-random-1.scen",
-        "random-32-32-20-even-1.scen",
-        "maze-32-32-4-random-1.scen",
-    ] {
+    for scen in ["random-32-32-20-random-1.scen", "random-32-32-20-even-1.scen", "maze-32-32-4-random-1.scen"] {
         check_optima(&shipped(), scen, &exact(), 1);
     }
 }
 
 #[test]
 fn small_maps_have_the_published_optima() {
-    let Some(folder) = benchmarks("movingai") else {
-        return;
-    };
-    for scen in [
-        "room-64-64-8-random-1.scen",
-        "warehouse-10-20-10-2-1-random-1.scen",
-        "arena.map.scen",
-    ] {
+    let Some(folder) = benchmarks("movingai") else { return };
+    for scen in ["room-64-64-8-random-1.scen", "warehouse-10-20-10-2-1-random-1.scen", "arena.map.scen"] {
         check_optima(&folder, scen, &exact(), 1);
     }
 }
 
 #[test]
 fn the_game_map_has_the_published_optima() {
-    let Some(folder) = benchmarks("movingai") else {
-        return;
-    };
+    let Some(folder) = benchmarks("movingai") else { return };
     check_optima(&folder, "lak303d.map.scen", &exact(), 10);
 }
 
 #[test]
 fn the_city_map_has_the_published_optima() {
-    let Some(folder) = benchmarks("movingai") else {
-        return;
-    };
+    let Some(folder) = benchmarks("movingai") else { return };
     check_optima(&folder, "Berlin_0_256.map.scen", &exact(), 10);
 }
 
 #[test]
 fn the_random_map_has_the_published_optima() {
-    let Some(folder) = benchmarks("movingai") else {
-        return;
-    };
+    let Some(folder) = benchmarks("movingai") else { return };
     check_optima(&folder, "random512-20-0.map.scen", &exact(), 10);
 }
 
 #[test]
 fn the_rooms_have_the_published_optima() {
-    let Some(folder) = benchmarks("movingai") else {
-        return;
-    };
+    let Some(folder) = benchmarks("movingai") else { return };
     check_optima(&folder, "16room_000.map.scen", &exact(), 10);
 }
 
 #[test]
 fn the_maze_has_the_published_optima() {
-    let Some(folder) = benchmarks("movingai") else {
-        return;
-    };
+    let Some(folder) = benchmarks("movingai") else { return };
     check_optima(&folder, "maze512-8-0.map.scen", &exact(), 10);
 }
 
 /// Asks theta_star every question of a file of any-angle optima, which may touch obstacles; our sight may not: in narrow
 /// places the paths differ by more than the planner.
-#[expect(
-    clippy::print_stdout,
-    reason = "how near the paths come is a figure to report, not to assert"
-)]
+#[expect(clippy::print_stdout, reason = "how near the paths come is a figure to report, not to assert")]
 fn check_any_angle(folder: &Path, maps: &Path, name: &str) {
     let (map, questions) = load(&folder.join(format!("{name}.anyangle-centre.scen")), maps);
     let mut planners = Planners::on(&map);
-    let mut planner = GlobalChoice::by_name("theta_star")
-        .expect("defaults")
-        .build();
+    let mut planner = GlobalChoice::by_name("theta_star").expect("defaults").build();
     let (mut sum, mut worst, mut count) = (0.0, 1.0, 0.0);
     for question in &questions {
         let found = planners.solve(&mut *planner, question);
-        assert!(
-            found >= question.optimum - 1e-8,
-            "{name}: {found}, optimum {}",
-            question.optimum
-        );
+        assert!(found >= question.optimum - 1e-8, "{name}: {found}, optimum {}", question.optimum);
         let in_sight = |pair: &[Cell]| planners.grid.line_of_sight_cells(pair[0], pair[1]);
         assert!(planners.path.windows(2).all(in_sight), "{name}");
         if question.optimum > 0.0 {
@@ -262,10 +186,7 @@ fn check_any_angle(folder: &Path, maps: &Path, name: &str) {
             worst = if ratio > worst { ratio } else { worst };
         }
     }
-    println!(
-        "theta_star on {name}: length / any-angle optimum mean {:.5}, max {worst:.5}",
-        sum / count
-    );
+    println!("theta_star on {name}: length / any-angle optimum mean {:.5}, max {worst:.5}", sum / count);
 }
 
 #[test]
@@ -275,9 +196,7 @@ fn theta_star_paths_on_the_shipped_map_are_in_sight_and_never_shorter_than_the_a
 
 #[test]
 fn theta_star_paths_are_in_sight_and_never_shorter_than_the_any_angle_optimum() {
-    let Some(folder) = benchmarks("anyangle") else {
-        return;
-    };
+    let Some(folder) = benchmarks("anyangle") else { return };
     let maps = folder.with_file_name("movingai");
     for name in ["arena", "room-64-64-8", "Berlin_0_256"] {
         check_any_angle(&folder, &maps, name);

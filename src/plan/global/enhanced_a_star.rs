@@ -16,14 +16,15 @@
 //! where the way leads round an obstacle, and the factor can be above 1 + a (U-A2).
 //!
 //! Readings of the paper (ids of `systems.md`):
-//! - U-A1: eq. 5 is printed with w = 1 + a r/R, which expands less than A*; the paragraph on admissibility has w = a r/R, which
+//! - U-A1: eq. 5 is printed with w = 1 + a r/R, which mostly expands less than A*; the paragraph on admissibility has w = a r/R, which
 //!   expands more. `w_form` selects; `printed_eq5` is the default. w = a r/R is admissible where a r/R ≤ 1 and there finds
 //!   shortest paths; beyond it, only the factor max(1, a max r/R) holds.
 //! - U-A2: `w_clamp` cuts r/R at 1, so that the factor is 1 + a at most and w = a r/R always admissible.
 //! - U-A3: a is not given; `a`, 1 by default.
 //!
-//! Neither form is consistent, so nodes are expanded again when a cheaper connection is found, and each time counts. Ties: larger
-//! g, then smaller row-major index. When start and goal are one cell r/R is 0.
+//! Neither form is consistent, so nodes are expanded again when a cheaper connection is found, and each time counts: where the ways wind,
+//! the printed form may expand more than A* after all. Ties: larger g, then smaller row-major index. When start and goal are one
+//! cell r/R is 0.
 //!
 //! The paper smooths the path by a B-spline; that is a path stage of its own.
 //!

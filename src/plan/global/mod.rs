@@ -33,6 +33,8 @@ registry! {
         theta_star,
         improved_dijkstra,
         lpa_star,
+        d_star,
+        d_star_lite,
         bfs,
         dfs,
         imp_a_star,

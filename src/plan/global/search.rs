@@ -26,6 +26,8 @@
 //! whatever the order of their steps; planners of real-valued costs keep an `f64`.
 
 mod cost;
+mod kept;
+mod lifelong;
 mod marks;
 mod moves;
 mod open;
@@ -34,6 +36,8 @@ mod tests;
 
 pub use cost::Heuristic;
 pub(super) use cost::{CellCost, Cost, Steps, euclidean};
+pub(super) use kept::KeptGrid;
+pub(super) use lifelong::{Lifelong, UNREACHED, WhenMoved};
 pub(super) use marks::Marks;
 pub use moves::CornerRule;
 pub(super) use moves::{Move, MoveTable, Moves};
@@ -109,8 +113,14 @@ pub(super) trait Rule {
 }
 
 /// Cost multiplier of a step; `bits` is the OR of its two cells.
-pub(super) fn step_factor(bits: u8) -> u32 {
+fn step_factor(bits: u8) -> u32 {
     if bits & ESCAPE != 0 { ESCAPE_FACTOR } else { 1 }
+}
+
+/// A distance with the step between two nodes added.
+pub(super) fn stepped(grid: &PlanningGrid, distance: CellCost, a: u32, b: u32, step: Move) -> CellCost {
+    let factor = step_factor(grid.cells()[a as usize] | grid.cells()[b as usize]);
+    distance.stepped(step.is_diagonal(), factor)
 }
 
 /// Record of a cell.

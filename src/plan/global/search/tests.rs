@@ -1,7 +1,11 @@
 //! The planners that share the core, against a slow shortest-path computation of their own.
 
+mod repairs;
+
 use super::*;
-use crate::plan::global::{GlobalChoice, GlobalPlanner, a_star, dijkstra, improved_dijkstra, lpa_star};
+use crate::plan::global::{
+    GlobalChoice, GlobalPlanner, a_star, d_star, d_star_lite, dijkstra, improved_dijkstra, lpa_star,
+};
 use crate::plan::grid::tests::{drawn, random_cell, random_map, stream, uninflated};
 use crate::plan::{ESCAPE_FACTOR, Passability};
 use crate::rng::Stream;
@@ -96,6 +100,15 @@ fn dijkstra(corner_rule: CornerRule) -> GlobalChoice {
     GlobalChoice::dijkstra(dijkstra::Params { corner_rule })
 }
 
+/// The planners that repair the search of the call before.
+fn repairing(corner_rule: CornerRule) -> [GlobalChoice; 3] {
+    [
+        GlobalChoice::lpa_star(lpa_star::Params { corner_rule }),
+        GlobalChoice::d_star(d_star::Params { corner_rule }),
+        GlobalChoice::d_star_lite(d_star_lite::Params { corner_rule }),
+    ]
+}
+
 #[test]
 fn paths_are_valid_and_as_short_as_bellman_ford_says() {
     let mut stream = stream(21);
@@ -141,10 +154,12 @@ fn paths_are_valid_and_as_short_as_bellman_ford_says() {
             assert_eq!(search.result, expected);
             assert_eq!(expected.as_ref().ok().map(|_| checked_cost(&grid, &path, start, goal, rule)), cost, "exactly");
             assert_eq!(search.expanded, reference.expanded, "the nodes nearer than the goal, and no other");
-            let lifelong = GlobalChoice::lpa_star(lpa_star::Params { corner_rule: rule });
-            let (search, path) = plan(&lifelong, &grid, start, goal);
-            assert_eq!(search.result, expected);
-            assert_eq!(expected.as_ref().ok().map(|_| checked_cost(&grid, &path, start, goal, rule)), cost, "exactly");
+            for repairing in repairing(rule) {
+                let (search, path) = plan(&repairing, &grid, start, goal);
+                assert_eq!(search.result, expected);
+                let of_path = expected.as_ref().ok().map(|_| checked_cost(&grid, &path, start, goal, rule));
+                assert_eq!(of_path, cost, "exactly");
+            }
             if rule == CornerRule::Forbid {
                 let jumping = GlobalChoice::by_name("jps").expect("defaults");
                 let (search, path) = plan(&jumping, &grid, start, goal);
