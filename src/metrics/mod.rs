@@ -125,6 +125,8 @@ pub struct Metrics {
     pub retreating_s: Option<f64>,
     /// Time in states of the local planner that recover, s.
     pub recovering_s: Option<f64>,
+    /// Places of the first planned path where its method fell back to something simpler.
+    pub path_fallbacks: Option<u32>,
 }
 
 /// One episode to be measured.
@@ -212,6 +214,7 @@ pub fn measure(episode: Episode<'_>, spec: &MetricsSpec) -> Metrics {
         waiting_s: real(Some(states::kind_s(trace, StateKind::Waiting, dt_s))),
         retreating_s: real(Some(states::kind_s(trace, StateKind::Retreating, dt_s))),
         recovering_s: real(Some(states::kind_s(trace, StateKind::Recovering, dt_s))),
+        path_fallbacks: plan.map(Path::fallbacks),
         ..of_plan
     }
 }

@@ -196,6 +196,7 @@ table! {
     metric waiting_s: "s", lower, after, "time in states of the local planner that wait: ticks decided in them times dt", "", "until the end", since 2;
     metric retreating_s: "s", lower, after, "time in states of the local planner that retreat: ticks decided in them times dt", "", "until the end", since 2;
     metric recovering_s: "s", lower, after, "time in states of the local planner that recover: ticks decided in them times dt", "", "until the end", since 2;
+    metric path_fallbacks: "", lower, before, "places of the first planned path where its method fell back to something simpler: spans of a `b_spline` that would have come too near to an obstacle", "Zhu et al. 2025", "empty without a path", since 2;
     field world_digest: "", none, before, "digest of the world before the first tick, equal for all stacks", "", "empty without a world";
     field trace_digest: "", none, after, "digest of everything that happened", "", "empty without a trace";
 }
@@ -212,7 +213,7 @@ mod tests {
             goal_error_m, clearance_min_m, clearance_mean_m, near_miss_s, ttc_min_s, encounters, speed_mean_mps, stopped_s, \
             curvature_max_1pm, jerk_rms_mps3, path_deviation_mean_m, expanded, generated, replans, rollouts, recoveries, \
             path_nodes, risky_nodes, turning_steps, ticks, clearance_movers_min_m, clearance_unknown_min_m, encounters_movers, contacts, contact_time_s, \
-            contact_speed_mps, contact_impulse_ns, contact_energy_j, waiting_s, retreating_s, recovering_s, world_digest, trace_digest, \
+            contact_speed_mps, contact_impulse_ns, contact_energy_j, waiting_s, retreating_s, recovering_s, path_fallbacks, world_digest, trace_digest, \
             robot.radius_m, planner";
         let swept = ["robot.radius_m".to_owned(), "planner".to_owned()];
         assert_eq!(header(&swept).collect::<Vec<_>>().join(", "), contract);
