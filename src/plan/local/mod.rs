@@ -29,6 +29,7 @@ registry! {
     pub enum LocalChoice: "local planner", Entry, dyn LocalKind {
         dwa,
         imp_dwa,
+        fuzzy_dwa,
         pure_pursuit,
     }
 }
