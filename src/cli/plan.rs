@@ -75,7 +75,7 @@ fn resolution(text: &str) -> Result<Positive, String> {
     Positive::try_from(number(text)?)
 }
 
-const HEADER: [&str; 15] = [
+const HEADER: [&str; 16] = [
     "map",
     "query",
     "start_col",
@@ -91,6 +91,7 @@ const HEADER: [&str; 15] = [
     "expanded",
     "generated",
     "turns",
+    "fallbacks",
 ];
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
@@ -263,6 +264,7 @@ fn stream(
                 search.expanded.to_string(),
                 search.generated.to_string(),
                 path.map_or_else(String::new, |path| planned_turns(path).to_string()),
+                path.map_or_else(String::new, |path| path.fallbacks().to_string()),
             ])?;
         }
         table.flush()?;

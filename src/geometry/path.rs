@@ -191,6 +191,7 @@ pub struct Path {
     named_nodes: Vec<KeyNode>,
     /// One for each piece, or empty.
     times_s: Vec<f64>,
+    fallbacks: u32,
 }
 
 impl Path {
@@ -224,6 +225,23 @@ impl Path {
         self
     }
 
+    /// The same path with its points at these arc lengths as its key nodes, first and last included; they ascend from 0 to the
+    /// length, m.
+    #[must_use]
+    pub fn with_key_nodes_at(mut self, along_m: &[f64]) -> Self {
+        let last = along_m.len().saturating_sub(1);
+        let position = |(number, &along_m)| if number == last { self.end() } else { self.point_at(along_m) };
+        let positions = along_m.iter().enumerate().map(position);
+        self.named_nodes = positions.zip(along_m).map(|(position, &along_m)| KeyNode { position, along_m }).collect();
+        self
+    }
+
+    /// The same path with the number of places where the method that made it had to fall back to something simpler.
+    #[must_use]
+    pub fn with_fallbacks(self, fallbacks: u32) -> Self {
+        Self { fallbacks, ..self }
+    }
+
     /// The same path with times: `times_s[k]` is when piece k ends, s from the beginning, ascending.
     ///
     /// # Panics
@@ -250,6 +268,12 @@ impl Path {
     /// The pieces in order.
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces
+    }
+
+    /// Places where the method that made the path had to fall back to something simpler, such as parts of a spline that would have
+    /// come too near to an obstacle; 0 for methods that never do. A part of a path, or a path that goes on, has none.
+    pub fn fallbacks(&self) -> u32 {
+        self.fallbacks
     }
 
     /// When each piece ends, s from the beginning; empty where the path has no times.

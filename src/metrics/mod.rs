@@ -137,6 +137,8 @@ pub struct Metrics {
     pub path_score: Option<f64>,
     /// The same over points of equal spacing along it.
     pub path_score_resampled: Option<f64>,
+    /// Places of the first planned path where its method fell back to something simpler.
+    pub path_fallbacks: Option<u32>,
 }
 
 /// One episode to be measured.
@@ -228,6 +230,7 @@ pub fn measure(episode: Episode<'_>, spec: &MetricsSpec) -> Metrics {
         waiting_s: real(Some(states::kind_s(trace, StateKind::Waiting, dt_s))),
         retreating_s: real(Some(states::kind_s(trace, StateKind::Retreating, dt_s))),
         recovering_s: real(Some(states::kind_s(trace, StateKind::Recovering, dt_s))),
+        path_fallbacks: plan.map(Path::fallbacks),
         ..of_plan
     }
 }

@@ -30,7 +30,7 @@ fn one_query_is_one_row_per_planner_in_the_cells_of_the_file() {
     assert_eq!(rows.len(), 3);
     assert_eq!(
         rows[0].join(","),
-        "map,query,start_col,start_row,goal_col,goal_row,global,found,optimal,length,length_m,ratio,expanded,generated,turns"
+        "map,query,start_col,start_row,goal_col,goal_row,global,found,optimal,length,length_m,ratio,expanded,generated,turns,fallbacks"
     );
     // Up two rows on the diagonal's side, over the wall in row 0 without cutting its corners: (1,3) to (2,0) to (4,0) to (5,3).
     let expected = 2.0 + 2.0 * (2.0 + std::f64::consts::SQRT_2);

@@ -35,6 +35,7 @@
 use super::LocalKind;
 use super::window::objective::Objective;
 use super::window::params::window_params;
+use super::window::pull::{Pull, nearness};
 use super::window::{Aim, DistanceMode, DynamicWindow, Normalise, Score};
 use crate::math;
 use crate::plan::contract::{Decision, Entry, Failure, Fit, Guidance, LocalPlanner, Situation, State};
@@ -44,12 +45,6 @@ use serde::{Deserialize, Serialize};
 
 /// Least d2, m.
 const D2_MIN_M: f64 = 1.0;
-/// Least distance from the target in dist_g, m.
-const TARGET_DISTANCE_MIN_M: f64 = 0.1;
-
-/// Distance from the target at which the pull on fixed scales is all there is, m: a robot that is pulled to the very point
-/// slows down at every sub-goal.
-const PULL_RADIUS_M: f64 = 0.5;
 
 /// Which distance d2 is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -152,14 +147,11 @@ impl LocalPlanner for Planner {
             let weights = params.weights(velocity_weight);
             let aim = self.objective.aim(situation, guidance, &mut self.window);
             let duration_s = self.window.roll(situation, &aim).duration_s();
-            let now_m = (situation.pose.position - target).norm();
-            let nearest_m = math::max(now_m - situation.robot.speed_max_mps * duration_s, PULL_RADIUS_M);
+            let pull = Pull::new(situation, duration_s, target, goal_weight);
             let (objective, d_cap_m) = (&self.objective, params.d_cap_m.get());
             let best = objective.best(&mut self.window, situation, &mut self.score, |rollouts, i| {
                 let clearance_m = math::min(rollouts.clearance_m(i, DistanceMode::PathMin), d_cap_m);
-                let end_m = (rollouts.pose_within(i, now_m).position - target).norm();
-                let pull = goal_weight * nearest_m / math::max(end_m, nearest_m);
-                objective.score(rollouts, i, &weights, d_cap_m, openness(clearance_m, d2_m)) + pull
+                objective.score(rollouts, i, &weights, d_cap_m, openness(clearance_m, d2_m)) + pull.of(rollouts, i)
             });
             return Ok(self.window.decide(best, situation, target));
         }
@@ -198,11 +190,6 @@ fn openness(distance_m: f64, d2_m: f64) -> f64 {
     math::ln(core::f64::consts::E + distance_m / d2_m)
 }
 
-/// dist_g, 1/m.
-fn nearness(distance_m: f64) -> f64 {
-    1.0 / math::max(distance_m, TARGET_DISTANCE_MIN_M)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -235,11 +222,10 @@ mod tests {
     }
 
     #[test]
-    fn the_factor_and_the_pull_are_those_worked_by_hand() {
+    fn the_factor_is_that_worked_by_hand() {
         assert!((openness(0.0, 5.0) - 1.0).abs() < 1e-12); // ln e
         assert!((openness(2.0, 41.0) - 1.0178).abs() < 1e-4); // ln(2.718282 + 0.048780) = ln 2.767062
         assert!((openness(2.0, 1.0) - 1.5515).abs() < 1e-4); // ln 4.718282
-        assert_eq!((nearness(4.0), nearness(0.1), nearness(0.0)), (0.25, 10.0, 10.0));
     }
 
     #[test]

@@ -30,6 +30,7 @@ registry! {
         dwa,
         imp_dwa,
         pdwa,
+        fuzzy_dwa,
         pure_pursuit,
     }
 }

@@ -27,6 +27,7 @@ registry! {
         line_of_sight,
         clearance_prune,
         arc_fillet,
+        b_spline,
     }
 }
 

@@ -21,12 +21,16 @@ pub fn find_path<'s>(
         return Err(Failure::OutOfBudget);
     }
     check(&plan.path, task).map_err(|what| Failure::Fault(format!("the planned path {what}")))?;
+    // Stages that follow may build the path anew.
+    let mut fallbacks = plan.path.fallbacks();
     for (number, stage) in stages.iter_mut().enumerate() {
         let situation = Situation { random: task.situation.random.of_layer(2 + number as u64), ..*task.situation };
         plan.path = stage.apply(&Task { situation: &situation, ..*task }, &plan.path)?;
         check(&plan.path, task).map_err(|what| Failure::Fault(format!("the path of stage {number} {what}")))?;
+        fallbacks = fallbacks.max(plan.path.fallbacks());
     }
     join(&mut plan.path, task.grid);
+    plan.path = core::mem::take(&mut plan.path).with_fallbacks(fallbacks);
     Ok(())
 }
 
@@ -279,8 +283,15 @@ mod tests {
     fn every_planner_and_stage_keeps_the_inflation_as_far_as_start_and_goal_do() {
         let mut stream = stream(62);
         let mut found = 0;
-        let stages: [&[&str]; 5] =
-            [&[], &["line_of_sight"], &["clearance_prune"], &["arc_fillet"], &["clearance_prune", "arc_fillet"]];
+        let stages: [&[&str]; 7] = [
+            &[],
+            &["line_of_sight"],
+            &["clearance_prune"],
+            &["arc_fillet"],
+            &["clearance_prune", "arc_fillet"],
+            &["b_spline"],
+            &["clearance_prune", "b_spline"],
+        ];
         for _ in 0..40 {
             let map = random_map(&mut stream, 20, 0.12);
             let side_m = map.resolution_m();

@@ -27,6 +27,7 @@ mod movers;
 pub(crate) mod objective;
 pub(crate) mod params;
 mod patch;
+pub(crate) mod pull;
 mod recovery;
 mod rollout;
 mod rollouts;
