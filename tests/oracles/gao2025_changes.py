@@ -2,7 +2,7 @@
 
     python3 tests/oracles/gao2025_changes.py
 
-Takes every fifth problem of tests/data/decisions.csv, and all with nothing admissible; prints a table of tests/oracles/README.md.
+Takes every fifth problem of tests/data/decisions_gao2025.csv, and all with nothing admissible; prints a table of tests/oracles/README.md.
 """
 
 import csv

@@ -1,8 +1,8 @@
-"""Decides the problems of tests/data/decisions.csv anew, from the paper, and says where simrun decides otherwise.
+"""Decides the problems of tests/data/decisions_gao2025.csv anew, from the paper, and says where simrun decides otherwise.
 
     python3 tests/oracles/gao2025_dwa.py
 
-Writes tests/data/decisions_second.csv and prints the tables of tests/oracles/README.md. Takes about a minute; the standard library is enough.
+Writes tests/data/decisions_gao2025_second.csv and prints the tables of tests/oracles/README.md. Takes about a minute; the standard library is enough.
 """
 
 import decisions
@@ -10,7 +10,7 @@ import gao2025_paper as paper
 
 
 def decide(row):
-    """The line of decisions_second.csv for a row."""
+    """The line of decisions_gao2025_second.csv for a row."""
     problem = paper.Problem(
         robot=paper.ROBOT,
         sampling=paper.sampling(row["va_distance"]),
@@ -23,4 +23,4 @@ def decide(row):
 
 
 if __name__ == "__main__":
-    decisions.compare("decisions", decide, ["va_distance", "planner"])
+    decisions.compare("decisions_gao2025", decide, ["va_distance", "planner"])

@@ -1,6 +1,6 @@
-"""Decides the problems of tests/data/decisions_zhu.csv anew, from the paper, and says where simrun decides otherwise.
+"""Decides the problems of tests/data/decisions_zhu2025.csv anew, from the paper, and says where simrun decides otherwise.
 
-    python3 tests/oracles/zhu2025_fuzzy_dwa.py              writes tests/data/decisions_zhu_second.csv, prints the table of the README
+    python3 tests/oracles/zhu2025_fuzzy_dwa.py              writes tests/data/decisions_zhu2025_second.csv, prints the table of the README
     python3 tests/oracles/zhu2025_fuzzy_dwa.py --self-test  checks the fuzzy controller against cases worked by hand
 
 The standard library is enough.
@@ -61,7 +61,7 @@ def problem_of(row):
 
 
 def decide(row):
-    """The line of decisions_zhu_second.csv for a row."""
+    """The line of decisions_zhu2025_second.csv for a row."""
     problem = problem_of(row)
     return decisions.answer(problem, paper.scored(problem))
 
@@ -100,4 +100,4 @@ if __name__ == "__main__":
     if sys.argv[1:] == ["--self-test"]:
         self_test()
     else:
-        decisions.compare("decisions_zhu", decide, ["weights", "d_goal_of", "va_distance"])
+        decisions.compare("decisions_zhu2025", decide, ["weights", "d_goal_of", "va_distance"])
