@@ -127,6 +127,10 @@ fn variants(key: &str, node: &Value, now: &Value) -> Vec<Variant> {
         }
     };
     for node in alternatives(node) {
+        // Lists whose items depend on each other show what fits.
+        if let Some(examples) = node.get("examples").and_then(Value::as_array) {
+            push(examples.clone(), true);
+        }
         if let Some(value) = node.get("const") {
             push(vec![value.clone()], true);
         } else if let Some(values) = node.get("enum").and_then(Value::as_array) {

@@ -65,6 +65,7 @@ impl JsonSchema for Peaks {
         json_schema!({
             "type": "array", "minItems": SETS, "maxItems": SETS,
             "items": {"type": "number", "minimum": 0, "maximum": 1},
+            "examples": [[0.0, 0.2, 0.5, 1.0]],
         })
     }
 }

@@ -95,9 +95,9 @@ window_params! {
         pub obstacle_range_m: Positive = Positive::new(3.0),
         /// Distance to the target from which on it is "far" and nothing else, m. Default 10.
         pub goal_range_m: Positive = Positive::new(10.0),
-        /// Peaks of the sets "very near", "near", "moderate" and "far" of both inputs, in shares of their ranges. Default 0, 1/3, 2/3, 1.
+        /// Peaks of the sets "very near", "near", "moderate" and "far" of both inputs, in shares of their ranges, ascending. Default 0, 1/3, 2/3, 1.
         pub input_sets: Peaks = Peaks::EVEN,
-        /// Peaks of the sets "very small", "small", "medium" and "large" of all four weights. Default 0, 1/3, 2/3, 1.
+        /// Peaks of the sets "very small", "small", "medium" and "large" of all four weights, ascending. Default 0, 1/3, 2/3, 1.
         pub output_sets: Peaks = Peaks::EVEN,
         /// Shape of all sets. Default `triangle`.
         pub shape: Shape = Shape::Triangle,
