@@ -106,13 +106,15 @@ struct Run<'a> {
     stacks: Vec<String>,
 }
 
-/// The tables as they are, then under each choice those that a claim looks at.
+/// The tables as they are, then under each choice those that a claim looks at: of a table and its larger form the larger one.
 fn runs(paper: &Paper, full: bool) -> Vec<Run<'_>> {
     let tables = || paper.manifest.tables.iter().filter(|table| full || !table.full);
     let mut runs: Vec<Run<'_>> =
         tables().map(|table| Run { table, choice: None, stacks: table.stacks.clone() }).collect();
     for choice in paper.manifest.ablate.iter().filter(|_| full) {
-        for table in tables().filter(|table| choice.tables.iter().any(|id| *id == table.id.as_str())) {
+        let concerned =
+            |table: &&Table| table.larger.is_none() && choice.tables.iter().any(|id| *id == table.id.as_str());
+        for table in tables().filter(concerned) {
             match paper.stacks_used(table.id.as_str()) {
                 Some(stacks) if stacks.is_empty() => {}
                 Some(stacks) => runs.push(Run { table, choice: Some(choice), stacks }),

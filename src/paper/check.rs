@@ -1,6 +1,7 @@
 //! Checks that the parts of a paper fit together, before anything runs.
 
 use super::Paper;
+use super::manifest::Choice;
 use super::published::Quantity;
 use super::test::{Use, check_metric};
 use crate::settings::choice::{NameError, unknown_name};
@@ -28,6 +29,19 @@ impl Paper {
         }
         if choices.iter().filter(|choice| choice.kindest).count() > 1 {
             return Err("at most one choice is the `kindest`".to_owned());
+        }
+        for table in tables {
+            let Some(larger) = &table.larger else { continue };
+            self.known(larger).map_err(|message| format!("table `{}`: `larger`: {message}", table.id))?;
+            let has_one_alone = |choice: &&Choice| {
+                choice.tables.contains(larger) != choice.tables.iter().any(|id| id == table.id.as_str())
+            };
+            if let Some(choice) = choices.iter().find(has_one_alone) {
+                return Err(format!(
+                    "choice `{}` changes one of `{}` and `{larger}`, its larger form: name both",
+                    choice.id, table.id
+                ));
+            }
         }
         for claim in self.manifest.statements() {
             claim.test.kind().check(self).map_err(|message| format!("claim `{}`: {message}", claim.id))?;
@@ -84,7 +98,15 @@ impl Paper {
     }
 
     fn uses(&self) -> impl Iterator<Item = Use<'_>> {
-        self.manifest.statements().flat_map(|claim| claim.test.kind().uses())
+        self.manifest.statements().flat_map(|claim| claim.test.kind().uses()).flat_map(|used| {
+            let larger = self
+                .manifest
+                .tables
+                .iter()
+                .find(|table| table.id.as_str() == used.table)
+                .and_then(|table| table.larger.as_deref());
+            [Some(used), larger.map(|table| Use { table, ..used })].into_iter().flatten()
+        })
     }
 }
 

@@ -63,7 +63,12 @@ impl<'a> Findings<'a> {
         let statements: Vec<&Claim> = manifest.statements().collect();
         let judge = |index: usize, choice: Option<&Choice>| {
             let choice = choice.map(|choice| choice.id.as_str());
-            statements[index].test.kind().judge(&Data { evidence, published: &paper.published, choice })
+            statements[index].test.kind().judge(&Data {
+                evidence,
+                published: &paper.published,
+                tables: &manifest.tables,
+                choice,
+            })
         };
         let threads = threads_available();
         let mut ours: Vec<Verdict> = in_order(statements.len(), threads, |index| judge(index, None));

@@ -91,6 +91,9 @@ pub struct Table {
     /// Whether only the full form runs it (`simrun reproduce --full`); default no.
     #[serde(default)]
     pub full: bool,
+    /// Id of a table with more worlds and the same stacks: where that one was run, claims about this table are judged by it. Default none.
+    #[serde(default)]
+    pub larger: Option<String>,
     /// Number of episodes under each choice of `ablate`; default as many as otherwise.
     #[serde(default)]
     pub under_choices: Option<Count>,

@@ -185,7 +185,11 @@ fn choices(paper: &Paper, evidence: &Evidence) -> String {
             if choice.is_some_and(|id| !changes(id)) {
                 continue;
             }
-            let Ok(stack) = reach.rows(&Data { evidence, published: &paper.published, choice }) else { continue };
+            let Ok(stack) =
+                reach.rows(&Data { evidence, published: &paper.published, tables: &manifest.tables, choice })
+            else {
+                continue;
+            };
             let of = |metric: &str| {
                 mean_of(stack, metric).map_or_else(|| "-".to_owned(), |mean| format!("{:.2}", mean.value))
             };

@@ -316,7 +316,7 @@ fn bless(table: &Table, planners: &Planners) {
     for &(name, changes, names, episodes) in table.drives {
         let experiment = experiment(name, changes);
         let scenario = experiment.scenario();
-        let seed = scenario.seed.get();
+        let seed = scenario.seed;
         let stacks: Vec<&StackSpec> = experiment.stacks(0).filter(|spec| names.contains(&&spec.name[..])).collect();
         assert_eq!(stacks.len(), names.len());
         for (spec, episode) in stacks.iter().flat_map(|spec| (0..episodes).map(move |episode| (spec, episode))) {

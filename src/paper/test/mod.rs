@@ -4,6 +4,7 @@
 
 use super::Paper;
 use super::evidence::Evidence;
+use super::manifest::Table;
 use super::published::{Published, Quantity, SUCCESS};
 use crate::analysis::{normal_upper_tail, student_upper_tail};
 use crate::comparison::{ALPHA, Section, StackRows};
@@ -231,6 +232,8 @@ pub struct Data<'a> {
     pub evidence: &'a Evidence,
     /// The printed numbers.
     pub published: &'a [Published],
+    /// The tables of the paper, for their larger forms.
+    pub tables: &'a [Table],
     /// Id of the choice under which the claims are judged; `None` for the tables as they are.
     pub choice: Option<&'a str>,
 }
@@ -239,7 +242,10 @@ impl<'a> Data<'a> {
     /// The rows of a table without a sweep.
     fn section(&self, table: &str) -> Result<&'a Section, Verdict> {
         let not_run = || verdict(Ruling::NotRun, format!("`{table}` was not run; `--full` runs every table"));
-        self.evidence.sections(self.choice, table).and_then(<[Section]>::first).ok_or_else(not_run)
+        let first = |table: &str| self.evidence.sections(self.choice, table).and_then(<[Section]>::first);
+        let larger =
+            self.tables.iter().find(|known| known.id.as_str() == table).and_then(|known| known.larger.as_deref());
+        larger.and_then(first).or_else(|| first(table)).ok_or_else(not_run)
     }
 
     /// The rows of a stack in a table without a sweep.

@@ -44,7 +44,7 @@ fn printed(stack: &str, metric: &str, value: &str, trials: Option<u64>) -> Publi
 
 fn ruling(test: &str, evidence: &Evidence, published: &[Published]) -> Ruling {
     let test: Test = read_document(test).unwrap_or_else(|error| panic!("{test}: {error}"));
-    test.kind().judge(&Data { evidence, published, choice: None }).ruling
+    test.kind().judge(&Data { evidence, published, tables: &[], choice: None }).ruling
 }
 
 fn compare(metric: &str, is: &str, more: &str) -> String {

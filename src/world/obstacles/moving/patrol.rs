@@ -6,6 +6,8 @@ use super::{
 use crate::geometry::Vec2;
 use crate::geometry::outline::Outline;
 use crate::map::OccupancyGrid;
+use crate::math;
+use crate::rng::Purpose;
 use crate::robot::OutlineCorners;
 use crate::settings::Entry;
 use crate::settings::quantity::{Finite, NonNegative, Positive};
@@ -27,6 +29,9 @@ pub struct Params {
     /// Speed, m/s. Default: 0.5.
     #[serde(default = "speed_default")]
     pub speed_mps: Positive,
+    /// How much faster or slower it may be, m/s: uniform, drawn once, the speed at least a tenth of `speed_mps`. Default: 0.
+    #[serde(default = "spread_default")]
+    pub speed_spread_mps: NonNegative,
     /// Whether the last waypoint leads back to the first; else it goes back the way it came. Default: true.
     #[serde(default = "closed_default")]
     pub closed: bool,
@@ -53,6 +58,10 @@ pub struct Params {
 
 fn speed_default() -> Positive {
     Positive::new(0.5)
+}
+
+fn spread_default() -> NonNegative {
+    NonNegative::new(0.0)
 }
 
 fn closed_default() -> bool {
@@ -126,9 +135,16 @@ impl MovingKind for Params {
     /// The mover, at its first waypoint.
     fn draw(&self, drawing: &Drawing<'_>) -> Result<Vec<Mover>, Infeasible> {
         let grid = &drawing.scene.map.grid;
+        let (mean_mps, spread_mps) = (self.speed_mps.get(), self.speed_spread_mps.get());
+        let speed_mps = if spread_mps > 0.0 {
+            let drawn_mps = drawing.stream(Purpose::Dynamic, 0).range(mean_mps - spread_mps, mean_mps + spread_mps);
+            math::max(drawn_mps, 0.1 * mean_mps)
+        } else {
+            mean_mps
+        };
         let patrol = Patrol {
             waypoints: self.waypoints.iter().map(|&place| point_to_grid(place, grid)).collect(),
-            speed_mps: self.speed_mps.get(),
+            speed_mps,
             closed: self.closed,
             pause_s: self.pause_s.get(),
         };
@@ -144,7 +160,6 @@ mod tests {
     use super::*;
     use crate::geometry::Pose;
     use crate::geometry::outline::Shape;
-    use crate::math;
     use crate::world::obstacles::unknown_static::UnknownStatic;
     use crate::world::scene::tests::{scene_of, states};
 
