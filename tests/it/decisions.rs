@@ -1,8 +1,8 @@
 //! Decisions of the papers' local planners, in the form that the papers print, against second implementations written from the papers alone
 //! (`tests/oracles/`): those of gao2025 and that of zhu2025.
 //!
-//! `decisions_PAPER.csv` holds what the planners knew and commanded at ticks of drives through the paper's scenarios, positions and twists rounded
-//! to six decimals; `decisions_PAPER_second.csv` what the second implementation makes of it. Written anew with
+//! `decisions_PAPER.csv` holds what the planners knew and commanded at ticks of drives through the paper's scenarios, positions rounded
+//! to six decimals and twists to twelve; `decisions_PAPER_second.csv` what the second implementation makes of it. Written anew with
 //!
 //!     SIMRUN_BLESS=1 cargo test --release --test it decisions::the_planners
 //!     python3 tests/oracles/gao2025_dwa.py
@@ -17,7 +17,7 @@ use simrun::geometry::{Path, Pose, Twist, Vec2};
 use simrun::map::{Cell, OccupancyGrid};
 use simrun::math;
 use simrun::observation::{Belief, SensedObstacle};
-use simrun::plan::contract::{Decision, Failure, Guidance, LocalPlanner, Situation, State};
+use simrun::plan::contract::{Decision, Entry, Failure, Guidance, LocalPlanner, Situation, State};
 use simrun::plan::local::LocalChoice;
 use simrun::plan::stack::{Stack, StackSpec};
 use simrun::rng::EpisodeSeed;
@@ -255,10 +255,19 @@ impl LocalPlanner for Witness {
         }
         Ok(decision)
     }
+
+    fn entry(&self) -> &'static Entry {
+        self.planner.entry()
+    }
 }
 
 fn rounded(number: f64) -> f64 {
     (number * 1e6).round() / 1e6
+}
+
+/// Twists are rounded less: samples of the window that are the same must remain the same.
+fn finely_rounded(number: f64) -> f64 {
+    (number * 1e12).round() / 1e12
 }
 
 /// The row of a situation, to six decimals and with the cells that matter.
@@ -286,8 +295,8 @@ fn describe(template: &Row, situation: &Situation<'_>, guidance: &Guidance<'_>) 
         x: rounded(pose.position.x),
         y: rounded(pose.position.y),
         theta: rounded(pose.theta),
-        v: rounded(twist.v),
-        omega: rounded(twist.omega),
+        v: finely_rounded(twist.v),
+        omega: finely_rounded(twist.omega),
         target_x: rounded(guidance.sub_goal.x),
         target_y: rounded(guidance.sub_goal.y),
         goal_x: rounded(situation.goal.x),
