@@ -7,6 +7,7 @@ use crate::geometry::outline::{Outline, Shape};
 use crate::geometry::{Path, Piece, Pose, Vec2};
 use crate::map::OccupancyGrid;
 use crate::math;
+use crate::plan::contract::State;
 use crate::robot::Robot;
 use crate::trace::{Tick, Trace};
 use crate::world::Scene;
@@ -28,6 +29,8 @@ const FLOOR: &str = "#fbfbf8";
 const UNKNOWN: &str = "#d08770";
 const MOVER: &str = "#b4538a";
 const PLAN: &str = "#5e81ac";
+/// Bands beneath the track for a planner's own states, in the order in which it enters them.
+const STATE_COLOURS: [&str; 4] = ["#f2a65a", "#d1495b", "#7b5ea7", "#8d99ae"];
 const CONTACT: &str = "#c4001a";
 const INK: &str = "#2e3440";
 
@@ -49,6 +52,7 @@ pub fn draw(recording: &Recording, caption: &Caption) -> String {
     canvas.unknown_statics(&mut svg, scene);
     canvas.paths(&mut svg, trace);
     canvas.movers(&mut svg, scene, trace);
+    canvas.states(&mut svg, trace);
     canvas.trajectory(&mut svg, robot, trace);
     canvas.ends(&mut svg, scene, robot, trace, outcome);
     canvas.legend(&mut svg, scene, robot, trace, outcome);
@@ -243,6 +247,22 @@ impl Canvas {
         text
     }
 
+    /// A band beneath the track for each stretch in one of the [`marked_states`].
+    fn states(&self, svg: &mut String, trace: &Trace) {
+        let marked = marked_states(trace);
+        for run in trace.ticks.chunk_by(|a, b| a.state.name == b.state.name) {
+            let Some(colour) = state_colour(&marked, run[0].state.name) else { continue };
+            let points: Vec<Vec2> = run.iter().map(|tick| tick.pose.position).collect();
+            line(
+                svg,
+                format_args!(
+                    "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"10\" stroke-linecap=\"round\" stroke-linejoin=\"round\" opacity=\"0.6\"/>",
+                    self.points(&points)
+                ),
+            );
+        }
+    }
+
     fn trajectory(&self, svg: &mut String, robot: &Robot, trace: &Trace) {
         let colour = |tick: &Tick| {
             let share = math::clamp(tick.twist.v.abs() / robot.speed_max_mps, 0.0, 1.0);
@@ -394,6 +414,20 @@ impl Canvas {
                 "mover, its track and 1 s ahead",
             );
         }
+        let marked = marked_states(trace);
+        for name in &marked {
+            let colour = state_colour(&marked, name).unwrap_or(INK);
+            item(
+                &|x| {
+                    format!(
+                        "<rect x=\"{:.2}\" y=\"{:.2}\" width=\"16\" height=\"9\" rx=\"4\" fill=\"{colour}\" opacity=\"0.6\"/>",
+                        x + 2.0,
+                        y - 9.0
+                    )
+                },
+                name,
+            );
+        }
         if matches!(outcome, Outcome::Collision { .. }) {
             item(
                 &|x| {
@@ -407,6 +441,24 @@ impl Canvas {
             );
         }
     }
+}
+
+/// The states of the local planner that a picture marks, in the order in which they were entered: its own ones but the first, in which it
+/// drives as usual.
+fn marked_states(trace: &Trace) -> Vec<&'static str> {
+    let mut names: Vec<&'static str> = Vec::new();
+    for tick in &trace.ticks {
+        let is_own = ![State::TRACK, State::RECOVER, State::ARRIVE].contains(&tick.state);
+        if is_own && !names.contains(&tick.state.name) {
+            names.push(tick.state.name);
+        }
+    }
+    names.split_off(names.len().min(1))
+}
+
+fn state_colour(marked: &[&'static str], name: &str) -> Option<&'static str> {
+    let at = marked.iter().position(|state| *state == name)?;
+    Some(STATE_COLOURS[at % STATE_COLOURS.len()])
 }
 
 fn line(svg: &mut String, text: fmt::Arguments<'_>) {
