@@ -20,6 +20,7 @@ mod oracle;
 mod pairing;
 mod pdwa_decisions;
 mod plan;
+mod port_picture;
 mod reference;
 mod regressions;
 mod reproduce;

@@ -193,7 +193,7 @@ fn a_robot_that_the_window_holds_on_the_spot_has_failed_after_a_while() {
     let wall = |params: &Params| {
         let mut course = Course::open(Pose::new(8.0, 20.5, 0.0), Vec2::new(24.0, 20.5));
         course.robot.reverse_speed_max_mps = 0.3;
-        course.unexpected = (14..28).map(|row| Cell { col: 14, row }).collect();
+        course.unexpected = (0..40).map(|row| Cell { col: 14, row }).collect();
         let mut planner = Planner::new(params);
         let drive = course.drive(600, |situation, guidance| planner.decide(situation, guidance));
         assert!(!drive.arrived && drive.clearance_m > 0.0, "{} {}", drive.arrived, drive.clearance_m);
