@@ -11,7 +11,7 @@ fn port(resolution_m: f64) -> OccupancyGrid {
     let file = ScenarioFile::open(root().join("scenarios/papers/qin2026_table2.yaml")).unwrap();
     let map = format!("map={{port: {{resolution_m: {resolution_m}, map_seed: 5}}}}");
     let edits = [map.as_str(), "start=[1, 1, 0]", "goal=[24, 24]"].map(|edit| Edit::parse(edit).unwrap());
-    Experiment::load(&file, &edits).unwrap().scene(0, 0).unwrap().map.grid.clone()
+    OccupancyGrid::clone(&Experiment::load(&file, &edits).unwrap().scene(0, 0).unwrap().map.grid)
 }
 
 /// What a satellite would see of it, 20 pixels a metre, from the top: containers in four colours with dark gaps between them, grey ground with
