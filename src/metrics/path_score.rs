@@ -189,7 +189,7 @@ mod tests {
         let arc = Piece::Arc { to: Vec2::new(3.0, 2.0), centre: Vec2::new(2.0, 2.0), sweep: FRAC_PI_2 };
         let arc = Path::new(Vec2::new(2.0, 1.0), vec![arc]);
         let of = |w1, w3| path_score_resampled(&arc, &known, &weights(w1, 0.0, w3, 1.0 / 3.0));
-        assert!(close(of(1.0, 0.0), 10.0 * (PI / 20.0).sin()));
+        assert!(close(of(1.0, 0.0), 10.0 * math::sin(PI / 20.0)));
         assert!(close(of(0.0, 1.0), 4.0 * (PI / 10.0) * (PI / 10.0)));
         assert!(close(path_score(&arc, &known, &weights(1.0, 0.0, 1.0, 1.0)), 2f64.sqrt()));
     }

@@ -27,7 +27,9 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 /// Drives from which decisions are taken: scenario, stack, changes, episodes, ticks.
-const DRIVES: [(&str, &str, &[&str], core::ops::Range<u64>, usize); 4] = [
+type From = (&'static str, &'static str, &'static [&'static str], core::ops::Range<u64>, usize);
+
+const DRIVES: [From; 4] = [
     ("qin2026_table3", "ssa_star+pdwa", &["seed=8500000"], 0..4, 600),
     ("qin2026_table3", "ssa_star+pdwa", &["seed=8600000", "stacks.0.local.pdwa.split=length"], 0..3, 600),
     (
