@@ -2,7 +2,7 @@
 //!
 //! Source: Zhu et al., "Path planning optimization of automated guided vehicles based on enhanced A* and dynamic window approach
 //! fusion algorithms" (`zhu2025`), Table 1. The paper shows the sets of the outputs in pictures alone and those of the inputs
-//! not at all; [`Params`] has them (U-A10).
+//! not at all; [`Params`](super::Params) has them (U-A10).
 
 use super::inference::{Peaks, SETS, Set, Shape, centroid};
 use crate::math;
