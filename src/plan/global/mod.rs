@@ -40,6 +40,7 @@ registry! {
         imp_a_star,
         enhanced_a_star,
         ssa_star,
+        atan_a_star,
     }
 }
 

@@ -28,6 +28,7 @@ registry! {
         clearance_prune,
         arc_fillet,
         b_spline,
+        grandparent_prune,
     }
 }
 
