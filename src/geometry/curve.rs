@@ -27,6 +27,8 @@ const GAUSS: [(f64, f64); 5] = [
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
     coefficients: [Vec2; COEFFICIENTS],
+    /// The point at u = 1: that of the polynomial, or one that rounding keeps it from.
+    end: Vec2,
     /// Arc length from u = 0 to u = k / SPANS, m.
     arc_m: [f64; SPANS + 1],
 }
@@ -38,12 +40,20 @@ impl Curve {
     /// If there are more than [`COEFFICIENTS`].
     pub fn new(coefficients: &[Vec2]) -> Self {
         assert!(coefficients.len() <= COEFFICIENTS, "a curve has at most {COEFFICIENTS} coefficients");
-        let mut curve = Self { coefficients: [Vec2::zeros(); COEFFICIENTS], arc_m: [0.0; SPANS + 1] };
+        let mut curve =
+            Self { coefficients: [Vec2::zeros(); COEFFICIENTS], end: Vec2::zeros(), arc_m: [0.0; SPANS + 1] };
         curve.coefficients[..coefficients.len()].copy_from_slice(coefficients);
+        curve.end = curve.polynomial(1.0);
         for k in 0..SPANS {
             curve.arc_m[k + 1] = curve.arc_m[k] + curve.arc_between(u_of(k), u_of(k + 1));
         }
         curve
+    }
+
+    /// The same curve that ends exactly at `end`, which the polynomial misses by rounding alone.
+    #[must_use]
+    pub fn ending_at(self, end: Vec2) -> Self {
+        Self { end, ..self }
     }
 
     /// The coefficients, the constant one first.
@@ -71,6 +81,10 @@ impl Curve {
 
     /// The point at parameter `u`.
     pub fn point(&self, u: f64) -> Vec2 {
+        if u == 1.0 { self.end } else { self.polynomial(u) }
+    }
+
+    fn polynomial(&self, u: f64) -> Vec2 {
         self.coefficients.iter().rev().fold(Vec2::zeros(), |sum, &c| sum * u + c)
     }
 

@@ -236,6 +236,22 @@ impl Path {
         self
     }
 
+    /// The same path with its start and the ends of those of its pieces that `is_node` names by their numbers as its key nodes. The
+    /// last piece is to be one of them.
+    #[must_use]
+    pub fn with_key_nodes_at_ends(mut self, is_node: impl Fn(usize) -> bool) -> Self {
+        self.named_nodes.clear();
+        let mut ends = Vec::with_capacity(self.pieces.len() + 1);
+        self.key_nodes(&mut ends);
+        let mut number = 0;
+        ends.retain(|_| {
+            number += 1;
+            number == 1 || is_node(number - 2)
+        });
+        self.named_nodes = ends;
+        self
+    }
+
     /// The same path with the number of places where the method that made it had to fall back to something simpler.
     #[must_use]
     pub fn with_fallbacks(self, fallbacks: u32) -> Self {

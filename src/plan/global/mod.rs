@@ -39,6 +39,7 @@ registry! {
         dfs,
         imp_a_star,
         enhanced_a_star,
+        blend_a_star,
         ssa_star,
         atan_a_star,
     }

@@ -27,12 +27,11 @@
 //!
 //! Arcs and curves of a stage before stay; each run of lines between them becomes a spline of its own.
 
-use super::PathKind;
+use super::{Check, PathKind, clearance_of_curves_m, curve_keeps};
 use crate::geometry::curve::Curve;
 use crate::geometry::{Path, Piece, Vec2, cross};
 use crate::math;
 use crate::plan::PlanningGrid;
-use crate::plan::clearance::Obstacles;
 use crate::plan::contract::{Entry, Failure, PathStage, Task};
 use crate::settings::quantity::{NonNegative, Positive};
 use schemars::JsonSchema;
@@ -44,10 +43,6 @@ const TRIPLE: usize = 3;
 const ROUNDS: u32 = 3;
 /// Turn below which a path goes straight on, rad: rounding makes less.
 const STRAIGHT_RAD: f64 = 1e-9;
-/// Precision of the distance from obstacles, m.
-const EXACT_M: f64 = 1e-7;
-/// Chords of a curve stay this near to it where it is judged by blocked squares and movers, in cells.
-const SAGITTA_CELLS: f64 = 1e-3;
 
 /// Control points of the spline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -58,17 +53,6 @@ pub enum Over {
     Nodes,
     /// Its ends and the nodes where it turns: wide and smooth.
     Corners,
-}
-
-/// What happens where the curve comes too near to an obstacle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Check {
-    /// It is drawn to the path, or becomes the path, and that is counted.
-    #[default]
-    Fallback,
-    /// Nothing, as printed.
-    None,
 }
 
 /// Parameters of `b_spline`.
@@ -158,32 +142,8 @@ impl Span {
         let legs = [(p, q), (q, r), (r, s)];
         let needed_m = legs.iter().map(|&(a, b)| grid.clearance(a, b)).fold(grid.inflation_m(), math::min);
         let curve = Curve::bezier(self.bezier());
-        let keeps_inflation = grid.obstacles().is_none_or(|obstacles| keeps(&curve, &obstacles, needed_m, 0.0, 1.0));
-        let chords = curve.chords_within(SAGITTA_CELLS * grid.resolution_m());
-        let at = |k: u32| curve.point(f64::from(k) / f64::from(chords));
-        let asks = clearance_m > 0.0 || grid.obstacles().is_none();
-        keeps_inflation
-            && (0..chords).map(|k| (at(k), at(k + 1))).all(|(a, b)| {
-                grid.passes_movers_between(a, b, p, s)
-                    && (!asks || grid.line_of_sight_with_clearance(a, b, clearance_m))
-            })
+        curve_keeps(&curve, grid, needed_m, clearance_m, [p, s])
     }
-}
-
-/// Whether the part of a curve between two parameters keeps `needed_m` from obstacles, to [`EXACT_M`], and touches none: its chord
-/// says so, or both halves do.
-fn keeps(curve: &Curve, obstacles: &Obstacles<'_>, needed_m: f64, from: f64, to: f64) -> bool {
-    let part = to - from;
-    let sagitta_m = part * part * curve.sagitta_bound_m(1);
-    let room_m = obstacles.segment_clearance(curve.point(from), curve.point(to), needed_m + sagitta_m);
-    if sagitta_m <= EXACT_M {
-        return room_m > 0.0 && room_m >= needed_m - EXACT_M;
-    }
-    room_m >= needed_m + sagitta_m
-        || room_m >= needed_m - sagitta_m && {
-            let middle = 0.5 * (from + to);
-            keeps(curve, obstacles, needed_m, from, middle) && keeps(curve, obstacles, needed_m, middle, to)
-        }
 }
 
 /// The spans of the spline with these control points.
@@ -259,8 +219,7 @@ impl Stage {
 
     /// The path as this stage makes it on `grid` for a robot of `radius_m`.
     fn treat(&self, grid: &PlanningGrid, radius_m: f64, path: &Path) -> Path {
-        let without = if grid.inflation_m() > 0.0 { 0.0 } else { radius_m };
-        let clearance_m = self.params.clearance_m.map_or(without, NonNegative::get);
+        let clearance_m = clearance_of_curves_m(self.params.clearance_m, grid, radius_m);
         let mut smooth = Smooth { at: path.start(), ..Smooth::default() };
         let mut fallbacks = 0;
         let mut run = vec![path.start()];
@@ -369,6 +328,7 @@ mod tests {
     use super::*;
     use crate::geometry::KeyNode;
     use crate::map::{DistanceField, OccupancyGrid};
+    use crate::plan::clearance::Obstacles;
     use crate::plan::contract::Problem;
     use crate::plan::global::GlobalChoice;
     use crate::plan::grid::tests::{random_cell, random_map, stream, uninflated};

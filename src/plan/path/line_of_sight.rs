@@ -14,8 +14,8 @@
 //! Departures: pieces between neighbouring vertices are kept even where they break the clearance, so
 //! that a path remains a path; arcs of a stage before are pieces like any other.
 
-use super::{PathKind, Room};
-use crate::geometry::{Path, Piece, Vec2};
+use super::{PathKind, Room, shortened};
+use crate::geometry::{Path, Vec2};
 use crate::math;
 use crate::plan::PlanningGrid;
 use crate::plan::contract::{Entry, Failure, PathStage, Task};
@@ -92,27 +92,14 @@ impl Stage {
         let clearance_m = math::max(self.clearance_m, self.clearance_cells * grid.resolution_m());
         let in_sight = |i: usize, j: usize| room.may_replace(i..j, vertices[i], vertices[j], clearance_m);
         let last = vertices.len() - 1;
-        let mut pieces = Vec::new();
-        let mut at = 0;
-        while at < last {
-            match (at + 2..=last).rev().find(|&far| in_sight(at, far)) {
-                Some(far) => {
-                    pieces.push(Piece::Line { to: vertices[far] });
-                    at = far;
-                }
-                None => {
-                    pieces.push(path.pieces()[at].clone());
-                    at += 1;
-                }
-            }
-        }
-        Path::new(path.start(), pieces)
+        shortened(path, |at| (at + 2..=last).rev().find(|&far| in_sight(at, far)))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Piece;
     use crate::map::{Cell, OccupancyGrid};
     use crate::math::FRAC_PI_2;
     use crate::plan::contract::Problem;

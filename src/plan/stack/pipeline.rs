@@ -283,7 +283,7 @@ mod tests {
     fn every_planner_and_stage_keeps_the_inflation_as_far_as_start_and_goal_do() {
         let mut stream = stream(62);
         let mut found = 0;
-        let stages: [&[&str]; 7] = [
+        let stages: [&[&str]; 10] = [
             &[],
             &["line_of_sight"],
             &["clearance_prune"],
@@ -291,6 +291,9 @@ mod tests {
             &["clearance_prune", "arc_fillet"],
             &["b_spline"],
             &["clearance_prune", "b_spline"],
+            &["farthest_visible"],
+            &["minimum_snap"],
+            &["farthest_visible", "minimum_snap"],
         ];
         for _ in 0..40 {
             let map = random_map(&mut stream, 20, 0.12);
