@@ -283,7 +283,7 @@ mod tests {
         for (at, mu, alpha) in by_hand {
             close(density.mu_at(at), mu);
             close(density.alpha_at(at, WeightForm::AtanMu), alpha);
-            close(density.alpha_at(at, WeightForm::HalfPiMinusAtanMu), 1.570_796_326_79 - alpha);
+            close(density.alpha_at(at, WeightForm::HalfPiMinusAtanMu), math::FRAC_PI_2 - alpha);
         }
         let f = |params: Params, cell, straight| {
             let g = Steps { straight, diagonal: 0 };

@@ -105,7 +105,7 @@ impl GridPlanner for Planner {
 
 /// |Δcol| + |Δrow|, in cells.
 fn manhattan(a: Cell, b: Cell) -> f64 {
-    f64::from((a.col - b.col).abs()) + f64::from((a.row - b.row).abs())
+    (f64::from(a.col) - f64::from(b.col)).abs() + (f64::from(a.row) - f64::from(b.row)).abs()
 }
 
 /// The rule for one problem.

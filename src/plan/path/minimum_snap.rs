@@ -278,8 +278,8 @@ impl Banded {
                 x[i] -= step;
             }
         }
-        for i in 0..count {
-            x[i] /= self.rows[i][BAND];
+        for (x, row) in x.iter_mut().zip(&self.rows).take(count) {
+            *x /= row[BAND];
         }
         for i in (0..count).rev() {
             for k in i.saturating_sub(BAND)..i {
