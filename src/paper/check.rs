@@ -1,7 +1,7 @@
 //! Checks that the parts of a paper fit together, before anything runs.
 
 use super::Paper;
-use super::manifest::Choice;
+use super::manifest::{Choice, larger_form};
 use super::published::Quantity;
 use super::test::{Use, check_metric};
 use crate::settings::choice::{NameError, unknown_name};
@@ -99,12 +99,7 @@ impl Paper {
 
     fn uses(&self) -> impl Iterator<Item = Use<'_>> {
         self.manifest.statements().flat_map(|claim| claim.test.kind().uses()).flat_map(|used| {
-            let larger = self
-                .manifest
-                .tables
-                .iter()
-                .find(|table| table.id.as_str() == used.table)
-                .and_then(|table| table.larger.as_deref());
+            let larger = larger_form(&self.manifest.tables, used.table);
             [Some(used), larger.map(|table| Use { table, ..used })].into_iter().flatten()
         })
     }

@@ -99,6 +99,11 @@ pub struct Table {
     pub under_choices: Option<Count>,
 }
 
+/// Id of the larger form of the table `id`, if it has one.
+pub(super) fn larger_form<'a>(tables: &'a [Table], id: &str) -> Option<&'a str> {
+    tables.iter().find(|table| table.id.as_str() == id)?.larger.as_deref()
+}
+
 /// A statement that is put to the test.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]

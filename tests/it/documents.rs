@@ -55,6 +55,28 @@ fn the_scenario_that_the_readme_shows_is_valid() {
     assert_eq!(scenario.stacks().len(), 8);
 }
 
+#[test]
+fn the_pictures_of_the_papers_are_those_of_the_commands_on_their_pages() {
+    for paper in ["qin2026", "zhu2025"] {
+        let folder = root().join("docs/papers");
+        let page = fs::read_to_string(folder.join(format!("{paper}.md"))).unwrap();
+        let command = page.split("`simrun draw ").nth(1).unwrap().split('`').next().unwrap();
+        let arguments = command.split_whitespace().chain(["-o", "-"]);
+        let answer = simrun(root()).arg("draw").args(arguments).answer();
+        assert_eq!(answer.code, 0, "{answer:?}");
+        let picture = folder.join(format!("{paper}.svg"));
+        if is_blessing() {
+            fs::write(&picture, &answer.stdout).unwrap();
+        }
+        assert!(fs::read_to_string(&picture).unwrap() == answer.stdout, "{paper}: bless if that is meant");
+    }
+    // The states in which the planner does not just follow its path.
+    let picture = fs::read_to_string(root().join("docs/papers/qin2026.svg")).unwrap();
+    assert!(
+        picture.contains(">avoid</text>") && picture.contains(">retreat</text>") && !picture.contains(">follow</text>")
+    );
+}
+
 /// The documents of the repository, results of runs left out.
 fn documents() -> Vec<PathBuf> {
     let mut found = Vec::new();

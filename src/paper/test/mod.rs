@@ -4,7 +4,7 @@
 
 use super::Paper;
 use super::evidence::Evidence;
-use super::manifest::Table;
+use super::manifest::{Table, larger_form};
 use super::published::{Published, Quantity, SUCCESS};
 use crate::analysis::{normal_upper_tail, student_upper_tail};
 use crate::comparison::{ALPHA, Section, StackRows};
@@ -243,9 +243,7 @@ impl<'a> Data<'a> {
     fn section(&self, table: &str) -> Result<&'a Section, Verdict> {
         let not_run = || verdict(Ruling::NotRun, format!("`{table}` was not run; `--full` runs every table"));
         let first = |table: &str| self.evidence.sections(self.choice, table).and_then(<[Section]>::first);
-        let larger =
-            self.tables.iter().find(|known| known.id.as_str() == table).and_then(|known| known.larger.as_deref());
-        larger.and_then(first).or_else(|| first(table)).ok_or_else(not_run)
+        larger_form(self.tables, table).and_then(first).or_else(|| first(table)).ok_or_else(not_run)
     }
 
     /// The rows of a stack in a table without a sweep.

@@ -248,6 +248,23 @@ fn rankings_are_compared_by_their_correlation() {
 }
 
 #[test]
+fn where_a_larger_form_was_run_it_decides() {
+    let tables: Vec<Table> = read_document(
+        "- {id: t, title: t, scenario: t.yaml, larger: t_more}\n- {id: t_more, title: t, scenario: t.yaml, full: true}",
+    )
+    .unwrap();
+    let test: Test = read_document(&compare("length_m", "less", "")).unwrap();
+    let judged = |evidence: &Evidence| {
+        test.kind().judge(&Data { evidence, published: &[], tables: &tables, choice: None }).ruling
+    };
+    let mut found = evidence(&[("a", &shorter(1.0)[..2]), ("b", &TEN[..2])]);
+    assert_eq!(judged(&found), Ruling::Undecided, "two worlds");
+    let more = evidence(&[("a", &shorter(1.0)), ("b", &TEN)]).tables.remove("t").unwrap();
+    found.tables.insert("t_more".to_owned(), more);
+    assert_eq!(judged(&found), Ruling::Holds, "ten worlds");
+}
+
+#[test]
 fn independent_samples_are_tested_by_their_rank_sum() {
     let found = evidence(&[("a", &shorter(1.0)), ("b", &TEN)]);
     let sum = |is: &str| {

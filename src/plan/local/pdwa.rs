@@ -205,6 +205,8 @@ pub struct Planner {
     regions: Regions,
     progress: Progress,
     watch: Watch,
+    /// The robot as the dynamic window may drive it: it reverses in a retreat alone.
+    forward: Robot,
 }
 
 impl Planner {
@@ -216,6 +218,7 @@ impl Planner {
             regions: Regions::default(),
             progress: Progress::BEGIN,
             watch: Watch::default(),
+            forward: Robot::default(),
             params: params.clone(),
         }
     }
@@ -245,9 +248,7 @@ impl Planner {
             is_last: guidance.is_last && self.regions.is_last(region),
             ..*guidance
         };
-        // It may reverse in its retreat alone.
-        let robot = Robot { reverse_speed_max_mps: 0.0, ..situation.robot.clone() };
-        let decision = self.window.decide(&Situation { robot: &robot, ..*situation }, &guidance)?;
+        let decision = self.window.decide(&Situation { robot: &self.forward, ..*situation }, &guidance)?;
         Ok(Decision { request: Some(Request::SubGoal(to)), ..decision })
     }
 }
@@ -261,6 +262,7 @@ impl LocalPlanner for Planner {
     fn decide(&mut self, situation: &Situation<'_>, guidance: &Guidance<'_>) -> Result<Decision, Failure> {
         if self.regions.follow(guidance, &self.params) {
             self.progress = Progress::BEGIN;
+            self.forward = Robot { reverse_speed_max_mps: 0.0, ..situation.robot.clone() };
         }
         let region = self.regions.at(guidance.progress_m);
         if region > self.progress.failed_region {
@@ -337,9 +339,8 @@ impl LocalPlanner for Planner {
         };
         let progress = &mut self.progress;
         progress.ticks += 1;
-        if simulated.0 > decision.rollouts {
-            (decision.rollouts, decision.rollout_points) = simulated;
-        }
+        decision.rollouts += simulated.0;
+        decision.rollout_points += simulated.1;
         let notes = [region as f64, f64::from(u8::from(is_conflict)), f64::from(progress.failures)];
         Ok(Decision { state: progress.state, notes: Notes::new(&notes), ..decision })
     }

@@ -140,11 +140,12 @@ fn a_specification_builds_the_stack_that_it_describes() {
         local: LocalChoice::by_name("pure_pursuit").unwrap(),
         replan: Some(Replan::by_name("when_stuck").unwrap()),
         sub_goals: Some(SubGoals::by_name("key_nodes").unwrap()),
-        movers: None,
+        movers: Some(Movers::by_name("block").unwrap()),
         caps: Caps { speed_max_mps: Some(Positive::new(0.5)), reverse_speed_max_mps: None },
     };
     let stack = spec.build(&PlanningSpec::default());
     assert_eq!((stack.planning.replan.name(), stack.planning.sub_goals.name()), ("when_stuck", "key_nodes"));
+    assert_eq!((stack.planning.movers.name(), PlanningSpec::default().movers.name()), ("block", "ignore"));
     assert_eq!(
         (stack.caps, spec.global_name(), spec.default_name().as_str()),
         (spec.caps, "none", "none+pure_pursuit")

@@ -4,6 +4,7 @@ use super::Params;
 use super::regions::Rectangle;
 use crate::geometry::{Vec2, convex};
 use crate::math;
+use crate::observation::SensedObstacle;
 use crate::plan::clearance::segment_square_distance;
 use crate::plan::contract::{Guidance, Situation};
 
@@ -33,18 +34,16 @@ impl Watch {
         }
         self.go_on(params, situation, guidance);
         let near_m = situation.robot.radius_m + params.conflict_margin_m.get();
-        let mut movers = situation.obstacles.iter().filter(|mover| {
-            let mut rectangles = rectangles.clone();
-            rectangles.any(|rectangle| rectangle.touches_disc(mover.position, mover.radius_m()))
-        });
-        let dt_s = situation.dt_s;
-        let meets = |(k, point): (usize, &Vec2), position: Vec2, velocity: Vec2, radius_m: f64| {
-            (point - (position + velocity * ((k + 1) as f64 * dt_s))).norm() - radius_m < near_m
+        let is_watched = |mover: &SensedObstacle| {
+            rectangles.clone().any(|rectangle| rectangle.touches_disc(mover.position, mover.radius_m()))
         };
-        if movers.any(|mover| {
-            let mut ahead = self.nominal.iter().enumerate();
-            ahead.any(|at| meets(at, mover.position, mover.velocity, mover.radius_m()))
-        }) {
+        let is_met = |mover: &SensedObstacle| {
+            self.nominal.iter().zip(1_u32..).any(|(point, tick)| {
+                let then = mover.position + mover.velocity * (f64::from(tick) * situation.dt_s);
+                (point - then).norm() - mover.radius_m() < near_m
+            })
+        };
+        if situation.obstacles.iter().any(|mover| is_watched(mover) && is_met(mover)) {
             return true;
         }
         let here = situation.pose.position;

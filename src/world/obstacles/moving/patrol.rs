@@ -192,6 +192,21 @@ mod tests {
     }
 
     #[test]
+    fn guards_of_different_worlds_differ_in_speed_if_a_spread_is_given() {
+        let speed = |spread: &str, episode: u64| {
+            let text =
+                format!("moving: [patrol: {{waypoints: [[10, 10], [14, 10]], speed_mps: 0.5, {spread}closed: false}}]");
+            scene_of(&text, episode).movers[0].velocity.x
+        };
+        assert!((0..20).all(|episode| speed("", episode) == 0.5));
+        let drawn: Vec<f64> = (0..20).map(|episode| speed("speed_spread_mps: 0.2, ", episode)).collect();
+        assert!(drawn.iter().all(|speed| (0.3..=0.7).contains(speed)), "{drawn:?}");
+        assert!(drawn.iter().any(|&speed| speed < 0.4) && drawn.iter().any(|&speed| speed > 0.6), "{drawn:?}");
+        // None stands or goes backwards, however wide the spread.
+        assert!((0..20).all(|episode| speed("speed_spread_mps: 9, ", episode) >= 0.05));
+    }
+
+    #[test]
     fn a_patrol_waits_at_what_is_in_its_way_unless_it_passes() {
         for (on_static, expected) in [("stop", 11.2), ("pass", 14.0)] {
             let text = format!(
