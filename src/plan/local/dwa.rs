@@ -45,9 +45,9 @@
 //! Parameters: [`Params`].
 
 use super::LocalKind;
-use super::window::objective::Objective;
 use super::window::params::window_params;
-use super::window::{Aim, DynamicWindow, Normalise, Score};
+use super::window::weighing::Weighing;
+use super::window::{DynamicWindow, Normalise};
 use crate::plan::contract::{Decision, Entry, Failure, Fit, Guidance, LocalPlanner, Situation, State};
 use crate::settings::quantity::NonNegative;
 
@@ -87,50 +87,39 @@ impl LocalKind for Params {
 #[derive(Clone, Debug)]
 pub struct Planner {
     params: Params,
-    window: DynamicWindow,
-    objective: Objective,
-    score: Score,
+    weighing: Weighing,
 }
 
 impl Planner {
     /// A fresh planner.
     pub fn new(params: &Params) -> Self {
-        Self {
-            params: params.clone(),
-            window: DynamicWindow::new(params.window()),
-            objective: Objective::default(),
-            score: Score::default(),
-        }
+        Self { params: params.clone(), weighing: Weighing::new(params.window()) }
     }
 }
 
 impl LocalPlanner for Planner {
     fn decide(&mut self, situation: &Situation<'_>, guidance: &Guidance<'_>) -> Result<Decision, Failure> {
         let params = &self.params;
-        let target = guidance.sub_goal;
         if params.normalise == Normalise::Fixed {
-            let weights = params.weights(params.velocity_weight.get());
-            let aim = self.objective.aim(situation, guidance, &mut self.window);
-            self.window.roll(situation, &aim);
-            let (objective, d_cap_m) = (&self.objective, params.d_cap_m.get());
-            let best = objective.best(&mut self.window, situation, &mut self.score, |rollouts, i| {
-                objective.score(rollouts, i, &weights, d_cap_m, 1.0)
-            });
-            return Ok(self.window.decide(best, situation, target));
+            let (weights, d_cap_m) = (params.weights(params.velocity_weight.get()), params.d_cap_m.get());
+            self.weighing.roll(situation, guidance, f64::INFINITY);
+            let best = self
+                .weighing
+                .best(situation, |objective, rollouts, i| objective.score(rollouts, i, &weights, d_cap_m, 1.0));
+            return Ok(self.weighing.decide(best, situation, guidance.sub_goal));
         }
         let target = params.target.point(situation, guidance);
-        let rollouts = self.window.roll(situation, &Aim::ON);
-        let terms = params.terms(rollouts, situation, target);
-        let mut score = self.score.over(rollouts);
-        score.add(params.heading_weight.get(), |i| terms.heading(i));
-        score.add(params.distance_weight.get(), |i| terms.distance_m(i));
-        score.add(params.velocity_weight.get(), |i| terms.velocity_mps(i));
-        let best = score.best();
-        Ok(self.window.decide(best, situation, target))
+        let best = self.weighing.best_by_sums(situation, f64::INFINITY, |rollouts, score| {
+            let terms = params.terms(rollouts, situation, target);
+            score.add(params.heading_weight.get(), |i| terms.heading(i));
+            score.add(params.distance_weight.get(), |i| terms.distance_m(i));
+            score.add(params.velocity_weight.get(), |i| terms.velocity_mps(i));
+        });
+        Ok(self.weighing.decide(best, situation, target))
     }
 
     fn reset(&mut self) {
-        self.window.reset();
+        self.weighing.reset();
     }
 
     fn entry(&self) -> &'static Entry {

@@ -33,10 +33,10 @@
 //! Parameters: [`Params`].
 
 use super::LocalKind;
-use super::window::objective::Objective;
 use super::window::params::window_params;
 use super::window::pull::{Pull, nearness};
-use super::window::{Aim, DistanceMode, DynamicWindow, Normalise, Score};
+use super::window::weighing::Weighing;
+use super::window::{DistanceMode, DynamicWindow, Normalise};
 use crate::math;
 use crate::plan::contract::{Decision, Entry, Failure, Fit, Guidance, LocalPlanner, Situation, State};
 use crate::settings::quantity::NonNegative;
@@ -120,20 +120,13 @@ impl LocalKind for Params {
 #[derive(Clone, Debug)]
 pub struct Planner {
     params: Params,
-    window: DynamicWindow,
-    objective: Objective,
-    score: Score,
+    weighing: Weighing,
 }
 
 impl Planner {
     /// A fresh planner.
     pub fn new(params: &Params) -> Self {
-        Self {
-            params: params.clone(),
-            window: DynamicWindow::new(params.window()),
-            objective: Objective::default(),
-            score: Score::default(),
-        }
+        Self { params: params.clone(), weighing: Weighing::new(params.window()) }
     }
 }
 
@@ -142,33 +135,30 @@ impl LocalPlanner for Planner {
         let params = &self.params;
         let (velocity_weight, goal_weight) = params.velocity_and_goal_weight();
         let d2_m = d2_m(params.d2_mode, guidance);
-        let target = guidance.sub_goal;
         if params.normalise == Normalise::Fixed {
-            let weights = params.weights(velocity_weight);
-            let aim = self.objective.aim(situation, guidance, &mut self.window);
-            let duration_s = self.window.roll(situation, &aim).duration_s();
+            let target = guidance.sub_goal;
+            let (weights, d_cap_m) = (params.weights(velocity_weight), params.d_cap_m.get());
+            let duration_s = self.weighing.roll(situation, guidance, f64::INFINITY).duration_s();
             let pull = Pull::new(situation, duration_s, target, goal_weight);
-            let (objective, d_cap_m) = (&self.objective, params.d_cap_m.get());
-            let best = objective.best(&mut self.window, situation, &mut self.score, |rollouts, i| {
+            let best = self.weighing.best(situation, |objective, rollouts, i| {
                 let clearance_m = math::min(rollouts.clearance_m(i, DistanceMode::PathMin), d_cap_m);
                 objective.score(rollouts, i, &weights, d_cap_m, openness(clearance_m, d2_m)) + pull.of(rollouts, i)
             });
-            return Ok(self.window.decide(best, situation, target));
+            return Ok(self.weighing.decide(best, situation, target));
         }
         let target = params.target.point(situation, guidance);
-        let rollouts = self.window.roll(situation, &Aim::ON);
-        let terms = params.terms(rollouts, situation, target);
-        let mut score = self.score.over(rollouts);
-        score.add(params.heading_weight.get(), |i| terms.heading(i));
-        score.add(params.distance_weight.get(), |i| terms.distance_m(i));
-        score.add_weighted(|i| velocity_weight * openness(terms.distance_m(i), d2_m), |i| terms.velocity_mps(i));
-        score.add(goal_weight, |i| nearness((rollouts.end(i).position - target).norm()));
-        let best = score.best();
-        Ok(self.window.decide(best, situation, target))
+        let best = self.weighing.best_by_sums(situation, f64::INFINITY, |rollouts, score| {
+            let terms = params.terms(rollouts, situation, target);
+            score.add(params.heading_weight.get(), |i| terms.heading(i));
+            score.add(params.distance_weight.get(), |i| terms.distance_m(i));
+            score.add_weighted(|i| velocity_weight * openness(terms.distance_m(i), d2_m), |i| terms.velocity_mps(i));
+            score.add(goal_weight, |i| nearness((rollouts.end(i).position - target).norm()));
+        });
+        Ok(self.weighing.decide(best, situation, target))
     }
 
     fn reset(&mut self) {
-        self.window.reset();
+        self.weighing.reset();
     }
 
     fn entry(&self) -> &'static Entry {
@@ -198,7 +188,7 @@ mod tests {
     use crate::observation::{Belief, SensedObstacle};
     use crate::plan::local::dwa;
     use crate::plan::local::tests::{Course, Drive};
-    use crate::plan::local::window::{HeadingAt, Prediction};
+    use crate::plan::local::window::{Aim, HeadingAt, Prediction};
     use crate::rng::{EpisodeSeed, Purpose};
     use crate::robot::Robot;
     use crate::settings::quantity::Positive;

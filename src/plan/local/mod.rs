@@ -31,6 +31,8 @@ registry! {
         imp_dwa,
         pdwa,
         fuzzy_dwa,
+        barr_dwa,
+        follow_dwa,
         pure_pursuit,
     }
 }

@@ -35,7 +35,7 @@ use crate::geometry::{Path, Vec2};
 use crate::observation::Belief;
 use crate::robot::Robot;
 use pending::{Pending, ticks_of};
-use replan::Checked;
+use replan::{Begin, Checked};
 use standing::Standing;
 
 /// Work of the stack so far in an episode.
@@ -247,12 +247,18 @@ impl Stack {
         }
         // A goal that has moved is a new task, whatever the rule.
         let goal_has_moved = situation.goal != self.drive.planned_goal;
-        let wanted = if goal_has_moved { None } else { self.drive.wanted.take() };
-        if !(goal_has_moved || self.global.is_some() && (wanted.is_some() || self.wants_new_path(situation))) {
-            return Ok(());
-        }
+        let from_m = if goal_has_moved {
+            None
+        } else {
+            let requested = self.drive.wanted.take();
+            let wanted = || self.wants_new_path(situation).map(Begin::from_m);
+            match requested.or_else(wanted) {
+                Some(from_m) if self.global.is_some() => from_m,
+                _ => return Ok(()),
+            }
+        };
         self.drive.effort.replans += 1;
-        let planned = self.plan(situation, wanted.flatten());
+        let planned = self.plan(situation, from_m);
         self.drive.anchor = Anchor { position: situation.pose.position, tick: situation.tick };
         match planned {
             Err(fault @ Failure::Fault(_)) => Err(fault),
@@ -261,7 +267,9 @@ impl Stack {
         }
     }
 
-    fn wants_new_path(&mut self, situation: &Situation<'_>) -> bool {
+    /// Where the replanning rule wants a new path to begin, if it wants one.
+    fn wants_new_path(&mut self, situation: &Situation<'_>) -> Option<Begin> {
+        self.global.as_ref()?;
         let mut watch = Watch {
             situation,
             route: &self.drive.route,

@@ -86,14 +86,20 @@ impl Route {
         }
     }
 
-    /// Whether every piece that the robot has not passed is as clear on the grid as it was when the path came into force, and
-    /// passes movers that block cells as far as the robot's `position` and the end of the path leave it.
+    /// Whether every piece that the robot has not passed and that begins before `last_m` is as clear on the grid as it was when the
+    /// path came into force, and passes movers that block cells as far as the robot's `position` and the end of the path leave it.
     ///
     /// Without inflation: whether it touches no blocked cell; arcs and curves are tested by chords that stay within a tenth of a
     /// cell of them.
-    pub(super) fn rest_is_free(&self, grid: &PlanningGrid, position: Vec2) -> bool {
-        let first = self.first_piece_left();
-        let mut rest = self.path.segments().enumerate().skip(first);
+    pub(super) fn is_free_up_to(&self, last_m: f64, grid: &PlanningGrid, position: Vec2) -> bool {
+        let mut begin_m = 0.0;
+        let begins_before = |(_, (from, piece)): &(usize, (Vec2, &Piece))| {
+            let begins_before = begin_m < last_m;
+            begin_m += piece.length(*from);
+            begins_before
+        };
+        let pieces = self.path.segments().enumerate().take_while(begins_before);
+        let mut rest = pieces.skip(self.first_piece_left());
         let Some(obstacles) = grid.obstacles().filter(|_| self.room_m.len() == self.path.pieces().len()) else {
             return rest.all(|(_, (from, piece))| all_chords(grid, from, piece, |a, b| grid.line_of_sight(a, b)));
         };
@@ -183,15 +189,16 @@ mod tests {
             ".#....", //
         ]);
         let mut route = route(Path::polyline(&[v(0.5, 0.5), v(2.5, 0.5), v(5.5, 0.5)]));
-        assert!(!route.rest_is_free(&grid, v(2.5, 0.5)));
+        assert!(!route.is_free_up_to(f64::INFINITY, &grid, v(2.5, 0.5)));
         route.next = 2;
-        assert!(route.rest_is_free(&grid, v(2.5, 0.5)));
+        assert!(route.is_free_up_to(f64::INFINITY, &grid, v(2.5, 0.5)));
         let curve = |end: Vec2| {
             let bend = Curve::bezier([v(2.5, 0.5), v(2.5, 1.5), v(1.5, 2.5), end]);
             self::route(Path::new(v(2.5, 0.5), vec![Piece::Curve(Box::new(bend))]))
         };
         assert!(
-            curve(v(0.5, 2.5)).rest_is_free(&grid, v(2.5, 0.5)) && !curve(v(1.5, 0.5)).rest_is_free(&grid, v(2.5, 0.5))
+            curve(v(0.5, 2.5)).is_free_up_to(f64::INFINITY, &grid, v(2.5, 0.5))
+                && !curve(v(1.5, 0.5)).is_free_up_to(f64::INFINITY, &grid, v(2.5, 0.5))
         );
     }
 }

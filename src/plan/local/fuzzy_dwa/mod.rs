@@ -39,10 +39,11 @@ pub mod controller;
 pub mod inference;
 
 use super::LocalKind;
-use super::window::objective::{Objective, Weights};
+use super::window::objective::Weights;
 use super::window::params::window_params;
 use super::window::pull::{Pull, nearness};
-use super::window::{Aim, DynamicWindow, Normalise, Score, Target};
+use super::window::weighing::Weighing;
+use super::window::{DynamicWindow, Normalise, Target};
 use crate::geometry::convex::{Disc, turned};
 use crate::geometry::direction;
 use crate::math;
@@ -152,21 +153,13 @@ impl LocalKind for Params {
 pub struct Planner {
     params: Params,
     controller: Controller,
-    window: DynamicWindow,
-    objective: Objective,
-    score: Score,
+    weighing: Weighing,
 }
 
 impl Planner {
     /// A fresh planner.
     pub fn new(params: &Params) -> Self {
-        Self {
-            params: params.clone(),
-            controller: params.controller(),
-            window: DynamicWindow::new(params.window()),
-            objective: Objective::default(),
-            score: Score::default(),
-        }
+        Self { params: params.clone(), controller: params.controller(), weighing: Weighing::new(params.window()) }
     }
 }
 
@@ -178,35 +171,31 @@ impl LocalPlanner for Planner {
         let target_m = (pulled_to - situation.pose.position).norm();
         let weights = params.weights_of(|| self.controller.weights(obstacle_m, target_m));
         let [heading, distance, velocity, goal] = weights;
-        let best = if params.normalise == Normalise::Fixed {
-            let weights = Weights { heading, distance, ..params.weights(velocity) };
-            let aim = self.objective.aim(situation, guidance, &mut self.window);
-            let duration_s = self.window.roll(situation, &aim).duration_s();
-            let pull = Pull::new(situation, duration_s, pulled_to, goal);
-            let (objective, d_cap_m) = (&self.objective, params.d_cap_m.get());
-            objective.best(&mut self.window, situation, &mut self.score, |rollouts, i| {
+        let (best, towards) = if params.normalise == Normalise::Fixed {
+            let weights = Weights { heading, distance, movers: distance, ..params.weights(velocity) };
+            let duration_s = self.weighing.roll(situation, guidance, f64::INFINITY).duration_s();
+            let (pull, d_cap_m) = (Pull::new(situation, duration_s, pulled_to, goal), params.d_cap_m.get());
+            let best = self.weighing.best(situation, |objective, rollouts, i| {
                 objective.score(rollouts, i, &weights, d_cap_m, 1.0) + pull.of(rollouts, i)
-            })
+            });
+            (best, guidance.sub_goal)
         } else {
-            let rollouts = self.window.roll(situation, &Aim::ON);
-            let terms = params.terms(rollouts, situation, params.target.point(situation, guidance));
-            let mut score = self.score.over(rollouts);
-            score.add(heading, |i| terms.heading(i));
-            score.add(distance, |i| terms.distance_m(i));
-            score.add(velocity, |i| terms.velocity_mps(i));
-            score.add(goal, |i| nearness((rollouts.end(i).position - pulled_to).norm()));
-            score.best()
-        };
-        let towards = match params.normalise {
-            Normalise::Fixed => guidance.sub_goal,
-            Normalise::Sum => params.target.point(situation, guidance),
+            let target = params.target.point(situation, guidance);
+            let best = self.weighing.best_by_sums(situation, f64::INFINITY, |rollouts, score| {
+                let terms = params.terms(rollouts, situation, target);
+                score.add(heading, |i| terms.heading(i));
+                score.add(distance, |i| terms.distance_m(i));
+                score.add(velocity, |i| terms.velocity_mps(i));
+                score.add(goal, |i| nearness((rollouts.end(i).position - pulled_to).norm()));
+            });
+            (best, target)
         };
         let notes = Notes::new(&[heading, distance, velocity, goal, obstacle_m, target_m]);
-        Ok(Decision { notes, ..self.window.decide(best, situation, towards) })
+        Ok(Decision { notes, ..self.weighing.decide(best, situation, towards) })
     }
 
     fn reset(&mut self) {
-        self.window.reset();
+        self.weighing.reset();
     }
 
     fn entry(&self) -> &'static Entry {
@@ -240,7 +229,7 @@ mod tests {
     use crate::map::{Cell, OccupancyGrid};
     use crate::observation::{Belief, SensedObstacle};
     use crate::plan::local::tests::{Course, Drive};
-    use crate::plan::local::window::{HeadingAt, Prediction};
+    use crate::plan::local::window::{Aim, HeadingAt, Prediction};
     use crate::plan::local::{dwa, imp_dwa};
     use crate::rng::{EpisodeSeed, Purpose};
     use crate::robot::Robot;

@@ -35,6 +35,7 @@ mod sampling;
 mod score;
 mod settings;
 mod terms;
+pub(crate) mod weighing;
 
 #[cfg(test)]
 mod tests;
@@ -90,11 +91,15 @@ pub struct Aim {
     pub arrival_m: f64,
     /// That point, no farther away than the way to it.
     pub stop: Vec2,
+    /// Highest speed to be sampled, m/s, where one tick of braking reaches it; below infinity the robot does not reverse either.
+    /// It narrows the window and leaves the scales of the objective as they are.
+    pub cap_mps: f64,
 }
 
 impl Aim {
     /// To go on.
-    pub const ON: Self = Self { speed_mps: None, arrival_m: f64::INFINITY, stop: Vec2::new(0.0, 0.0) };
+    pub const ON: Self =
+        Self { speed_mps: None, arrival_m: f64::INFINITY, stop: Vec2::new(0.0, 0.0), cap_mps: f64::INFINITY };
 }
 
 impl DynamicWindow {
@@ -181,7 +186,7 @@ impl DynamicWindow {
     /// The rollouts of this tick.
     pub fn roll(&mut self, situation: &Situation<'_>, aim: &Aim) -> &Rollouts {
         let robot = situation.robot;
-        let window = Window::reachable(robot, situation.twist, situation.dt_s);
+        let window = Window::reachable(robot, situation.twist, situation.dt_s).capped(aim.cap_mps);
         let now = situation.twist.v;
         let always = [now, aim.speed_mps.unwrap_or(now)];
         self.settings.speed.sample(window.v_low, window.v_high, &always, &mut self.speeds);

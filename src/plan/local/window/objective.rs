@@ -35,8 +35,10 @@ pub(crate) struct Weights {
     pub(crate) path: f64,
     /// Of the heading along the path.
     pub(crate) heading: f64,
-    /// What contact takes off progress, as a share.
+    /// What contact with a static takes off progress, as a share.
     pub(crate) distance: f64,
+    /// The same with a mover.
+    pub(crate) movers: f64,
     /// Of the speed.
     pub(crate) velocity: f64,
 }
@@ -136,7 +138,7 @@ impl Objective {
         let slow_mps = math::max(2.0 * robot.deceleration_max_mps2 * dt_s, TURN_ROLLING_MPS);
         let is_rolling = situation.twist.v.abs() > slow_mps;
         self.turn_speed_weight = if is_rolling { TURN_BRAKING_WEIGHT } else { TURN_SPEED_WEIGHT };
-        Aim { speed_mps: Some(self.cap_mps), arrival_m: self.arrival_m, stop: guidance.path.end() }
+        Aim { speed_mps: Some(self.cap_mps), arrival_m: self.arrival_m, stop: guidance.path.end(), ..Aim::ON }
     }
 
     /// The legs of the path up to `last_m`.
@@ -228,7 +230,7 @@ impl Objective {
                 rollouts.going_on_s(i),
                 rollouts.mover_clearance(i).path_min_m,
                 d_cap_m,
-                weights.distance,
+                weights.movers,
             );
         let gain = gain_m / self.reach_m;
         let speed = math::clamp(twist.v, 0.0, self.cap_mps) / self.speed_max_mps;
@@ -287,7 +289,8 @@ mod tests {
     use crate::observation::Belief;
     use crate::robot::Robot;
 
-    const WEIGHTS: Weights = Weights { progress: 1.0, path: 0.5, heading: 0.1, distance: 0.8, velocity: 0.3 };
+    const WEIGHTS: Weights =
+        Weights { progress: 1.0, path: 0.5, heading: 0.1, distance: 0.8, movers: 0.8, velocity: 0.3 };
 
     fn window() -> DynamicWindow {
         DynamicWindow::new(Settings {

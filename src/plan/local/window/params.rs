@@ -13,7 +13,8 @@ macro_rules! window_params {
             pub predict_dynamic: bool,
             /// Weight π of the progress along the path; only with `normalise: fixed`. Default 1.
             pub progress_weight: $crate::settings::quantity::NonNegative,
-            /// Weight δ of the distance from the path; higher holds the robot to it. Only with `normalise: fixed`. Default 0.5.
+            /// Weight δ of the distance from the path; higher holds the robot to it. Only with `normalise: fixed`, and in `follow_dwa`.
+            /// Default 0.5.
             pub path_weight: $crate::settings::quantity::NonNegative,
             /// The scales of the objective. Default `fixed`.
             pub normalise: $crate::plan::local::window::Normalise,
@@ -121,6 +122,7 @@ macro_rules! window_params {
                     path: self.path_weight.get(),
                     heading: self.heading_weight.get(),
                     distance: self.distance_weight.get(),
+                    movers: self.distance_weight.get(),
                     velocity,
                 }
             }

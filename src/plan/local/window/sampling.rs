@@ -45,6 +45,16 @@ impl Window {
             omega_high: math::clamp(yaw_rate, omega_first, omega_last),
         }
     }
+
+    /// The window without speeds above `cap_mps` or below 0; the nearest speed to these if there is none between. All of it where
+    /// the cap is infinite.
+    pub fn capped(self, cap_mps: f64) -> Self {
+        if cap_mps.is_infinite() {
+            return self;
+        }
+        let v_high = math::clamp(cap_mps, self.v_low, self.v_high);
+        Self { v_low: math::clamp(0.0, self.v_low, v_high), v_high, ..self }
+    }
 }
 
 /// How an axis of the window is sampled.
@@ -105,6 +115,24 @@ mod tests {
 
     fn close(a: f64, b: f64) -> bool {
         (a - b).abs() < 1e-12
+    }
+
+    #[test]
+    fn a_cap_narrows_the_speeds_as_far_as_one_tick_reaches() {
+        let at = |v: f64, cap_mps: f64| {
+            let window =
+                Window::reachable(&Robot { reverse_speed_max_mps: 0.5, ..robot() }, Twist { v, omega: 0.0 }, 0.1);
+            let capped = window.capped(cap_mps);
+            assert_eq!((capped.omega_low, capped.omega_high), (window.omega_low, window.omega_high));
+            (capped.v_low, capped.v_high)
+        };
+        let is = |(low, high): (f64, f64), expected: (f64, f64)| close(low, expected.0) && close(high, expected.1);
+        assert!(is(at(0.5, f64::INFINITY), (0.4, 0.55)));
+        assert!(is(at(0.5, 0.45), (0.4, 0.45)) && is(at(0.5, 2.0), (0.4, 0.55)));
+        // Out of reach: as slow as a tick of braking makes it.
+        assert!(is(at(0.5, 0.0), (0.4, 0.4)) && is(at(0.05, 0.0), (0.0, 0.0)));
+        // It stops reversing, as fast as it can.
+        assert!(is(at(0.0, 0.3), (0.0, 0.05)) && is(at(-0.3, 0.3), (-0.2, -0.2)));
     }
 
     #[test]

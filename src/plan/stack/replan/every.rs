@@ -1,6 +1,6 @@
 //! Plan again at a fixed period.
 
-use super::{ReplanRule, Watch};
+use super::{Begin, ReplanRule, Watch};
 use crate::settings::Entry;
 use crate::settings::quantity::Positive;
 use schemars::JsonSchema;
@@ -18,7 +18,7 @@ pub struct Params {
 pub const ENTRY: Entry = Entry { summary: "Plan again at a fixed period." };
 
 impl ReplanRule for Params {
-    fn wants_path(&self, watch: &mut Watch<'_>) -> bool {
-        watch.planned_before(self.period_s.get())
+    fn wants_path(&self, watch: &mut Watch<'_>) -> Option<Begin> {
+        watch.planned_before(self.period_s.get()).then_some(Begin::Robot)
     }
 }

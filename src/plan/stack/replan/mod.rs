@@ -9,8 +9,8 @@ use crate::settings::{Entry, registry};
 
 /// Behaviour of a replanning rule.
 pub trait ReplanRule {
-    /// Whether to plan again at this tick.
-    fn wants_path(&self, watch: &mut Watch<'_>) -> bool;
+    /// Where to plan a new path from at this tick; `None` to keep the path in force.
+    fn wants_path(&self, watch: &mut Watch<'_>) -> Option<Begin>;
 
     /// Distance within which a robot counts as standing, m.
     fn standing_radius_m(&self) -> f64 {
@@ -26,6 +26,28 @@ registry! {
 impl Default for Replan {
     fn default() -> Self {
         Self::when_blocked(when_blocked::Params::default())
+    }
+}
+
+/// Where a new path begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Begin {
+    /// At the robot.
+    Robot,
+    /// At this arc length on the path in force, m, which is kept up to it.
+    OnPath {
+        /// Arc length from the beginning of the path, m.
+        from_m: f64,
+    },
+}
+
+impl Begin {
+    /// The arc length; `None` for the robot.
+    pub(super) fn from_m(self) -> Option<f64> {
+        match self {
+            Self::Robot => None,
+            Self::OnPath { from_m } => Some(from_m),
+        }
     }
 }
 
@@ -83,6 +105,16 @@ impl Watch<'_> {
         *self.checked = now;
         let belief = self.standing.belief(self.situation);
         super::rebuild_grid(self.grid, self.planning, &Situation { belief, ..*self.situation });
-        !self.route.rest_is_free(self.grid, self.situation.pose.position)
+        !self.route.is_free_up_to(f64::INFINITY, self.grid, self.situation.pose.position)
+    }
+
+    /// The first key node that the robot has not passed, where it is not the end of the path and the path up to it is as clear as it
+    /// was planned; else the robot. To be asked after [`Self::path_has_become_blocked`], whose map it uses.
+    pub fn nearest_key_node(&self) -> Begin {
+        let route = self.route;
+        let Some([node, _, ..]) = route.nodes.get(route.next..) else { return Begin::Robot };
+        let from_m = node.along_m;
+        let is_free = route.is_free_up_to(from_m, self.grid, self.situation.pose.position);
+        if is_free { Begin::OnPath { from_m } } else { Begin::Robot }
     }
 }

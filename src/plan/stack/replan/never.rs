@@ -1,6 +1,6 @@
 //! Never plan again after the first path (as the papers do).
 
-use super::{ReplanRule, Watch};
+use super::{Begin, ReplanRule, Watch};
 use crate::settings::Entry;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ pub struct Params {}
 pub const ENTRY: Entry = Entry { summary: "Never plan again after the first path, as the papers do." };
 
 impl ReplanRule for Params {
-    fn wants_path(&self, _: &mut Watch<'_>) -> bool {
-        false
+    fn wants_path(&self, _: &mut Watch<'_>) -> Option<Begin> {
+        None
     }
 }

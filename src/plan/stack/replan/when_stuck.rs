@@ -1,6 +1,6 @@
 //! Plan again when the robot has stood for a while.
 
-use super::{ReplanRule, Watch};
+use super::{Begin, ReplanRule, Watch};
 use crate::settings::Entry;
 use crate::settings::quantity::Positive;
 use schemars::JsonSchema;
@@ -26,8 +26,8 @@ impl Default for Params {
 pub const ENTRY: Entry = Entry { summary: "Plan again when the robot has stood for a while." };
 
 impl ReplanRule for Params {
-    fn wants_path(&self, watch: &mut Watch<'_>) -> bool {
-        watch.has_stood(self.after_s.get())
+    fn wants_path(&self, watch: &mut Watch<'_>) -> Option<Begin> {
+        watch.has_stood(self.after_s.get()).then_some(Begin::Robot)
     }
 
     fn standing_radius_m(&self) -> f64 {

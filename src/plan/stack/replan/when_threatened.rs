@@ -4,7 +4,7 @@
 //! point of the path where a robot at its highest speed would be at the same moment, within the next `predict_s`. Without
 //! `planning.movers: block` the new path is planned on the same map and may be the old one.
 
-use super::{ReplanRule, Watch, when_blocked};
+use super::{Begin, ReplanRule, Watch, when_blocked};
 use crate::settings::Entry;
 use crate::settings::quantity::{NonNegative, Positive};
 use schemars::JsonSchema;
@@ -36,9 +36,11 @@ pub const ENTRY: Entry =
 const LOOKS: u32 = 30;
 
 impl ReplanRule for Params {
-    fn wants_path(&self, watch: &mut Watch<'_>) -> bool {
-        (watch.planned_before(self.period_min_s.get()) && self.is_threatened(watch))
-            || when_blocked::Params::default().wants_path(watch)
+    fn wants_path(&self, watch: &mut Watch<'_>) -> Option<Begin> {
+        if watch.planned_before(self.period_min_s.get()) && self.is_threatened(watch) {
+            return Some(Begin::Robot);
+        }
+        when_blocked::Params::default().wants_path(watch)
     }
 }
 
@@ -91,7 +93,7 @@ mod tests {
                 standing_since_tick: 50,
                 planned_tick: 0,
             };
-            Params::default().wants_path(&mut watch)
+            Params::default().wants_path(&mut watch).is_some()
         };
         // The robot is at x = 3 after 2 s; so is the first mover, at y = 5. The second goes the other way.
         assert!(threatened((3.0, 7.0), (0.0, -1.0)));
