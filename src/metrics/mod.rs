@@ -139,6 +139,8 @@ pub struct Metrics {
     pub path_score_resampled: Option<f64>,
     /// Places of the first planned path where its method fell back to something simpler.
     pub path_fallbacks: Option<u32>,
+    /// Σ |change of direction| along the first planned path, degrees.
+    pub planned_turning_deg: Option<f64>,
 }
 
 /// One episode to be measured.
@@ -182,6 +184,7 @@ pub fn measure(episode: Episode<'_>, spec: &MetricsSpec) -> Metrics {
         path_nodes: plan.map(planned::path_nodes),
         risky_nodes: plan.map(|path| planned::risky_nodes(path, &scene.map.grid)),
         path_score: real(plan.map(|path| path_score::path_score(path, &scene.map, &spec.path_score))),
+        planned_turning_deg: real(plan.map(planned::planned_turning_deg)),
         path_score_resampled: real(
             plan.map(|path| path_score::path_score_resampled(path, &scene.map, &spec.path_score)),
         ),

@@ -29,6 +29,35 @@ pub fn planned_turns(path: &Path) -> u32 {
     turns
 }
 
+/// `planned_turning_deg`: Σ |change of direction| along the path, degrees: at its vertices as [`planned_turns`] has them, along arcs, and
+/// along curves between the tangents of chords that lie within a centimetre of them; less is better (systems.md §1.6, cum_turn_deg).
+pub fn planned_turning_deg(path: &Path) -> f64 {
+    const CHORD_SAGITTA_M: f64 = 0.01;
+    let (mut turning, mut heading) = (0.0, None);
+    for (from, piece) in path.segments() {
+        let Some((begin, end)) = piece.tangents(from) else { continue };
+        let mut turn_to = |along: Vec2| {
+            let before = heading.replace(along).unwrap_or(along);
+            turning += math::atan2(cross(before, along), before.dot(&along)).abs();
+        };
+        turn_to(begin);
+        match piece {
+            Piece::Line { .. } => {}
+            Piece::Arc { sweep, .. } => {
+                heading = Some(end);
+                turning += sweep.abs();
+            }
+            Piece::Curve(_) => {
+                let chords = piece.chord_count(from, CHORD_SAGITTA_M, 1e4);
+                let at = |k: u32| piece.chord_point(from, k, chords);
+                (0..chords).map(|k| at(k + 1) - at(k)).filter(|chord| chord.norm_squared() > 0.0).for_each(&mut turn_to);
+                turn_to(end);
+            }
+        }
+    }
+    turning.to_degrees()
+}
+
 /// `path_nodes`: vertices of the path, both ends included; less is simpler (systems.md §1.6, node count).
 pub fn path_nodes(path: &Path) -> u32 {
     path.vertices().count() as u32
@@ -91,6 +120,30 @@ mod tests {
 
     fn v(x: f64, y: f64) -> Vec2 {
         Vec2::new(x, y)
+    }
+
+    #[test]
+    fn turning_is_that_of_corners_arcs_and_curves_by_hand() {
+        let of = |path: &Path| planned_turning_deg(path);
+        assert_eq!(of(&Path::polyline(&[v(0.0, 0.0), v(5.0, 0.0)])), 0.0);
+        // 90° to the left, then 45° to the right, then back.
+        let corners = [v(0.0, 0.0), v(2.0, 0.0), v(2.0, 2.0), v(4.0, 4.0), v(2.0, 2.0)];
+        assert!(close(of(&Path::polyline(&corners)), 315.0));
+        // A quarter circle between lines that touch it, and one that begins across.
+        let arc = |to: Vec2| Piece::Arc { to, centre: v(2.0, 1.0), sweep: math::FRAC_PI_2 };
+        let smooth = vec![Piece::Line { to: v(2.0, 0.0) }, arc(v(3.0, 1.0)), Piece::Line { to: v(3.0, 4.0) }];
+        assert!(close(of(&Path::new(v(0.0, 0.0), smooth)), 90.0));
+        let across = vec![Piece::Line { to: v(2.0, 0.0) }, arc(v(3.0, 1.0))];
+        assert!(close(of(&Path::new(v(2.0, 2.0), across)), 180.0));
+        // A cubic that turns from +x to +y and on to −x; one that bends left by 45° and right again.
+        let curve = |points: [Vec2; 4]| {
+            let bend = crate::geometry::curve::Curve::bezier(points);
+            Path::new(points[0], vec![Piece::Curve(Box::new(bend))])
+        };
+        assert!(close(of(&curve([v(0.0, 0.0), v(4.0, 0.0), v(4.0, 3.0), v(0.0, 3.0)])), 180.0));
+        let s_shape = of(&curve([v(0.0, 0.0), v(3.0, 0.0), v(3.0, 6.0), v(6.0, 6.0)]));
+        // Its steepest direction is that in the middle: derivative 3 (P3 + P2 − P1 − P0) / 4 = (4.5, 9).
+        assert!((s_shape - 2.0 * 2f64.atan().to_degrees()).abs() < 0.1, "{s_shape}");
     }
 
     #[test]

@@ -18,7 +18,7 @@ mod fuzzy_sets;
 mod layering;
 mod oracle;
 mod pairing;
-mod pdwa_decisions;
+mod recorded_decisions;
 mod plan;
 mod port_picture;
 mod reference;

@@ -88,8 +88,8 @@ window_params! {
         pub distance_weight: NonNegative = NonNegative::new(0.8),
         /// Weight γ of the velocity term; lower is timid. Default 0.3.
         pub velocity_weight: NonNegative = NonNegative::new(0.3),
-        /// Weight κ of barr; higher turns farther out to pass behind a mover. Only with `barr_mode: additive`. Default 0.1.
-        pub barr_weight: NonNegative = NonNegative::new(0.1),
+        /// Weight κ of barr; higher turns farther out to pass behind a mover. Only with `barr_mode: additive`. Default 0.4.
+        pub barr_weight: NonNegative = NonNegative::new(0.4),
         /// How barr joins the other terms. Default `additive`.
         pub barr_mode: BarrMode = BarrMode::Additive,
         /// What barr measures. Default `sum`.
