@@ -141,6 +141,8 @@ pub struct Metrics {
     pub path_fallbacks: Option<u32>,
     /// Σ |change of direction| along the first planned path, degrees.
     pub planned_turning_deg: Option<f64>,
+    /// Least distance from the first planned path to a known obstacle or the map's edge, m.
+    pub planned_clearance_min_m: Option<f64>,
 }
 
 /// One episode to be measured.
@@ -185,6 +187,7 @@ pub fn measure(episode: Episode<'_>, spec: &MetricsSpec) -> Metrics {
         risky_nodes: plan.map(|path| planned::risky_nodes(path, &scene.map.grid)),
         path_score: real(plan.map(|path| path_score::path_score(path, &scene.map, &spec.path_score))),
         planned_turning_deg: real(plan.map(planned::planned_turning_deg)),
+        planned_clearance_min_m: real(plan.map(|path| planned::planned_clearance_min_m(path, &scene.map))),
         path_score_resampled: real(
             plan.map(|path| path_score::path_score_resampled(path, &scene.map, &spec.path_score)),
         ),

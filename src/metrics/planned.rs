@@ -4,6 +4,8 @@ use super::shortest::cells_in;
 use crate::geometry::{Path, Piece, Rect, Vec2, cross, point_segment_distance};
 use crate::map::OccupancyGrid;
 use crate::math;
+use crate::plan::clearance::Obstacles;
+use crate::world::StaticMap;
 
 /// Change of direction above which an interior vertex is a turn, rad.
 pub const TURN_MIN_RAD: f64 = 1e-6;
@@ -50,12 +52,26 @@ pub fn planned_turning_deg(path: &Path) -> f64 {
             Piece::Curve(_) => {
                 let chords = piece.chord_count(from, CHORD_SAGITTA_M, 1e4);
                 let at = |k: u32| piece.chord_point(from, k, chords);
-                (0..chords).map(|k| at(k + 1) - at(k)).filter(|chord| chord.norm_squared() > 0.0).for_each(&mut turn_to);
+                (0..chords)
+                    .map(|k| at(k + 1) - at(k))
+                    .filter(|chord| chord.norm_squared() > 0.0)
+                    .for_each(&mut turn_to);
                 turn_to(end);
             }
         }
     }
     turning.to_degrees()
+}
+
+/// Distance from obstacles above which a path has room enough, m.
+const CLEARANCE_MAX_M: f64 = 5.0;
+
+/// `planned_clearance_min_m`: least distance from the path, a line, to a cell that is occupied on the known map or to its edge, m, at most 5; 0
+/// where it touches or leaves the map; more is better. A robot that follows the path exactly collides where it is below the robot's radius.
+pub fn planned_clearance_min_m(path: &Path, known: &StaticMap) -> f64 {
+    let obstacles = Obstacles::new(&known.grid, &known.field);
+    let least_m = |least_m: f64, (from, piece): (Vec2, &Piece)| obstacles.piece_clearance(from, piece, least_m);
+    path.segments().fold(obstacles.clearance(path.start(), CLEARANCE_MAX_M), least_m)
 }
 
 /// `path_nodes`: vertices of the path, both ends included; less is simpler (systems.md §1.6, node count).
@@ -120,6 +136,21 @@ mod tests {
 
     fn v(x: f64, y: f64) -> Vec2 {
         Vec2::new(x, y)
+    }
+
+    #[test]
+    fn the_clearance_of_a_path_is_that_of_its_nearest_point() {
+        let rows = ["........", "...##...", "...##...", "........", "........", "........"];
+        let known = StaticMap::new(OccupancyGrid::from_ascii(&rows, 1.0));
+        let of = |points: &[Vec2]| planned_clearance_min_m(&Path::polyline(points), &known);
+        // The block is from (3, 3) to (5, 5); the edge is nearer to the first.
+        assert!(close(of(&[v(1.0, 0.5), v(7.0, 0.5)]), 0.5));
+        assert!(close(of(&[v(1.0, 2.25), v(7.0, 2.25)]), 0.75));
+        assert!(close(of(&[v(2.0, 2.0), v(2.0, 2.0)]), 2f64.sqrt()));
+        assert_eq!(of(&[v(1.0, 4.0), v(4.0, 4.0)]), 0.0);
+        assert_eq!(of(&[v(1.0, 4.0), v(-1.0, 4.0), v(1.0, 4.0)]), 0.0);
+        let arc = Piece::Arc { to: v(2.0, 2.0), centre: v(2.0, 1.0), sweep: math::FRAC_PI_2 };
+        assert!(close(planned_clearance_min_m(&Path::new(v(3.0, 1.0), vec![arc]), &known), 1.0));
     }
 
     #[test]

@@ -354,6 +354,12 @@ pub trait PathStage: Send {
     /// # Errors
     /// If no path satisfies the stage.
     fn apply(&mut self, task: &Task<'_>, path: &Path) -> Result<Path, Failure>;
+
+    /// Whether its paths keep off blocked cells. A path that does not is a fault of a stage that says so and a property of one that does
+    /// not: a formula that is printed without a check.
+    fn keeps_off_obstacles(&self) -> bool {
+        true
+    }
 }
 
 /// Input of the local layer from the global one.

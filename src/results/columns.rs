@@ -200,6 +200,7 @@ table! {
     metric path_score_resampled: "", lower, before, "the same over points of equal spacing along the path, at most `metrics.path_score.step_max_cells` apart", "our own, after Qin et al. 2026", "empty without a path", since 2;
     metric path_fallbacks: "", lower, before, "places of the first planned path where its method fell back to something simpler: spans of a `b_spline` that would have come too near to an obstacle, segments of the first curve of `minimum_snap` that did", "Zhu et al. 2025, Hu et al. 2024", "empty without a path", since 2;
     metric planned_turning_deg: "deg", lower, before, "Σ |change of direction| along the first planned path: at its vertices and along its curves", "Zhao et al. 2025", "empty without a path", since 2;
+    metric planned_clearance_min_m: "m", higher, before, "smallest distance from the first planned path, a line, to a known obstacle or the map's edge, at most 5; 0 where it touches; below the robot's radius a robot that follows it exactly collides", "Bench-MR", "empty without a path", since 2;
     field world_digest: "", none, before, "digest of the world before the first tick, equal for all stacks", "", "empty without a world";
     field trace_digest: "", none, after, "digest of everything that happened", "", "empty without a trace";
 }
@@ -216,7 +217,7 @@ mod tests {
             goal_error_m, clearance_min_m, clearance_mean_m, near_miss_s, ttc_min_s, encounters, speed_mean_mps, stopped_s, \
             curvature_max_1pm, jerk_rms_mps3, path_deviation_mean_m, expanded, generated, replans, rollouts, recoveries, \
             path_nodes, risky_nodes, turning_steps, ticks, clearance_movers_min_m, clearance_unknown_min_m, encounters_movers, contacts, contact_time_s, \
-            contact_speed_mps, contact_impulse_ns, contact_energy_j, waiting_s, retreating_s, recovering_s, path_score, path_score_resampled, path_fallbacks, planned_turning_deg, world_digest, trace_digest, \
+            contact_speed_mps, contact_impulse_ns, contact_energy_j, waiting_s, retreating_s, recovering_s, path_score, path_score_resampled, path_fallbacks, planned_turning_deg, planned_clearance_min_m, world_digest, trace_digest, \
             robot.radius_m, planner";
         let swept = ["robot.radius_m".to_owned(), "planner".to_owned()];
         assert_eq!(header(&swept).collect::<Vec<_>>().join(", "), contract);

@@ -1,10 +1,12 @@
-//! The decisions of `pdwa`, tick by tick, against a second implementation, `tests/oracles/qin2026_pdwa.py`.
+//! The decisions of local planners with states, tick by tick, against second implementations written from the papers alone (`tests/oracles/`).
 //!
-//! `pdwa_drives.jsonl` holds what the planner knew and decided at every tick of drives through the paper's scenarios, positions and twists rounded
-//! to six decimals; `pdwa_second.csv` what the second implementation makes of it. Written anew with
+//! `PLANNER_drives.jsonl` holds what the planner knew and decided at every tick of drives through its paper's scenarios, positions and twists
+//! rounded to six decimals; `PLANNER_second.csv` what the second implementation makes of it. Written anew with
 //!
-//!     SIMRUN_BLESS=1 cargo test --release --test it pdwa_decisions::the_planner
+//!     SIMRUN_BLESS=1 cargo test --release --test it recorded_decisions::the_planners
 //!     python3 tests/oracles/qin2026_pdwa.py
+//!     python3 tests/oracles/zhao2025_barr_dwa.py
+//!     python3 tests/oracles/hu2024_follow_dwa.py
 
 use super::support::{is_blessing, root};
 use serde::{Deserialize, Serialize};
@@ -29,7 +31,67 @@ use std::sync::{Arc, Mutex};
 /// Drives from which decisions are taken: scenario, stack, changes, episodes, ticks.
 type From = (&'static str, &'static str, &'static [&'static str], core::ops::Range<u64>, usize);
 
-const DRIVES: [From; 4] = [
+/// A planner whose decisions are recorded.
+struct Recording {
+    planner: &'static str,
+    oracle: &'static str,
+    drives: &'static [From],
+    /// Least number of ticks in each state, so that an empty recording does not pass.
+    least: &'static [(&'static str, u32)],
+}
+
+const RECORDINGS: [Recording; 3] = [
+    Recording {
+        planner: "pdwa",
+        oracle: "qin2026_pdwa.py",
+        drives: PDWA,
+        least: &[("follow", 1000), ("avoid", 1000), ("retreat", 50), ("withdraw", 50), ("wait", 10)],
+    },
+    Recording {
+        planner: "barr_dwa",
+        oracle: "zhao2025_barr_dwa.py",
+        drives: BARR,
+        least: &[("track", 2000), ("recover", 5)],
+    },
+    Recording {
+        planner: "follow_dwa",
+        oracle: "hu2024_follow_dwa.py",
+        drives: FOLLOW,
+        least: &[("track", 2000), ("brake", 100), ("follow", 300), ("recover", 100)],
+    },
+];
+
+const RELATIVE: &str = "stacks.*.local.barr_dwa.barr=relative";
+const TARGET: &str = "stacks.*.local.barr_dwa.barr=target";
+const FACTOR: &str = "stacks.*.local.barr_dwa.barr_mode=multiplicative";
+const ALWAYS: &str = "stacks.*.local.barr_dwa.barr_when=always";
+const TWO_CROSS: &str = "obstacles.moving.0.crossing.count=2";
+const NO_NEW_PATH: &str = "stacks.*.replan=never";
+
+const BARR: &[From] = &[
+    ("zhao2025_robot", "improved", &["seed=8500000"], 0..6, 200),
+    ("zhao2025_robot", "improved_window", &["seed=8500000", RELATIVE], 0..2, 200),
+    ("zhao2025_unknown", "improved_once", &["seed=8600000", TWO_CROSS], 0..2, 300),
+    ("zhao2025_unknown", "improved", &["seed=8600000", TWO_CROSS, NO_NEW_PATH, TARGET], 2..4, 300),
+    ("zhao2025_unknown", "improved", &["seed=8700000", TWO_CROSS, NO_NEW_PATH, FACTOR], 0..2, 300),
+    ("zhao2025_unknown", "improved", &["seed=8700000", TWO_CROSS, NO_NEW_PATH, ALWAYS], 2..4, 300),
+];
+
+const LEAD: &str = "stacks.*.local.follow_dwa.brake_lead_s=1";
+const HEAD_ON: &str = "stacks.*.local.follow_dwa.brake_angle_max_deg=180";
+const SHORT_WAIT: &str = "stacks.*.local.follow_dwa.wait_max_s=2";
+const ARC: &str = "stacks.*.local.follow_dwa.va_distance=arc";
+
+const FOLLOW: &[From] = &[
+    ("hu2024_states", "improved", &["seed=8500000"], 0..8, 400),
+    ("hu2024_trap", "improved", &["seed=8500000", SHORT_WAIT], 0..5, 400),
+    ("hu2024_table3", "improved_dwa", &["seed=8600000", LEAD], 0..2, 400),
+    ("hu2024_table3", "fusion", &["seed=8600000"], 2..4, 400),
+    ("hu2024_table3", "fusion", &["seed=8700000", HEAD_ON, ARC], 0..2, 400),
+    ("hu2024_table2", "fusion", &["seed=8800000"], 0..1, 400),
+];
+
+const PDWA: &[From] = &[
     ("qin2026_table3", "ssa_star+pdwa", &["seed=8500000"], 0..4, 600),
     ("qin2026_table3", "ssa_star+pdwa", &["seed=8600000", "stacks.0.local.pdwa.split=length"], 0..3, 600),
     (
@@ -49,15 +111,14 @@ struct Tick {
     pose: [f64; 3],
     twist: [f64; 2],
     progress_m: f64,
+    sub_goal: [f64; 2],
     /// The cells that the known map lacks, where they have changed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     added: Option<Vec<[i32; 2]>>,
-    /// x, y, vx, vy, radius.
-    movers: Vec<[f64; 5]>,
+    /// x, y, vx, vy, radius, number.
+    movers: Vec<[f64; 6]>,
     state: String,
-    region: u32,
-    conflict: bool,
-    failures: u32,
+    notes: Vec<f64>,
     command: [f64; 2],
 }
 
@@ -105,6 +166,7 @@ impl LocalPlanner for Witness {
             seen.0 = json!({
                 "cols": grid.cols(), "rows": grid.rows(), "resolution_m": grid.resolution_m(),
                 "known": cells(&mut known), "dt_s": situation.dt_s, "path": vertices, "key_nodes_m": nodes,
+                "goal": [situation.goal.x, situation.goal.y],
             });
         }
         let is_new =
@@ -112,7 +174,7 @@ impl LocalPlanner for Witness {
         self.revision = Some(belief.revision());
         let mover = |mover: &SensedObstacle| {
             let (p, v) = (mover.position, mover.velocity);
-            [p.x, p.y, v.x, v.y, mover.radius_m()].map(rounded)
+            [p.x, p.y, v.x, v.y, mover.radius_m(), f64::from(mover.id)].map(rounded)
         };
         let (pose, twist) = (situation.pose, situation.twist);
         seen.1.push(Tick {
@@ -120,12 +182,11 @@ impl LocalPlanner for Witness {
             pose: [pose.position.x, pose.position.y, pose.theta].map(rounded),
             twist: [twist.v, twist.omega].map(rounded),
             progress_m: rounded(guidance.progress_m),
+            sub_goal: [guidance.sub_goal.x, guidance.sub_goal.y].map(rounded),
             added: is_new.then(|| cells(&mut belief.added().iter().copied())),
             movers: situation.obstacles.iter().map(mover).collect(),
             state: String::new(),
-            region: 0,
-            conflict: false,
-            failures: 0,
+            notes: Vec::new(),
             command: [0.0, 0.0],
         });
         self.planner.decide(situation, guidance)
@@ -170,11 +231,10 @@ fn answers(choice: &LocalChoice, drive: &Drive) -> Vec<Tick> {
             let square = grid.square(Cell { col, row });
             belief.add(square, |other| other == square);
         }
-        let mover = |(id, mover): (usize, &[f64; 5])| {
-            let [x, y, vx, vy, radius_m] = *mover;
+        let mover = |&[x, y, vx, vy, radius_m, id]: &[f64; 6]| {
             SensedObstacle::disc(id as u32, Vec2::new(x, y), Vec2::new(vx, vy), radius_m)
         };
-        let movers: Vec<SensedObstacle> = tick.movers.iter().enumerate().map(mover).collect();
+        let movers: Vec<SensedObstacle> = tick.movers.iter().map(mover).collect();
         let [x, y, theta] = tick.pose;
         let situation = Situation {
             tick: tick.tick,
@@ -183,14 +243,13 @@ fn answers(choice: &LocalChoice, drive: &Drive) -> Vec<Tick> {
             obstacles: &movers,
             ..Situation::new(&robot, &belief, Pose::new(x, y, theta), path.end())
         };
-        let guidance = Guidance { key_nodes: &nodes, path_revision: 1, ..Guidance::to_end(&path, tick.progress_m) };
+        let sub_goal = Vec2::new(tick.sub_goal[0], tick.sub_goal[1]);
+        let guidance =
+            Guidance { key_nodes: &nodes, path_revision: 1, sub_goal, ..Guidance::to_end(&path, tick.progress_m) };
         let decision = planner.decide(&situation, &guidance).unwrap();
-        let notes = decision.notes.values();
         Tick {
             state: decision.state.name.to_owned(),
-            region: notes[0] as u32,
-            conflict: notes[1] == 1.0,
-            failures: notes[2] as u32,
+            notes: decision.notes.values().to_vec(),
             command: [decision.command.v, decision.command.omega],
             ..tick.clone()
         }
@@ -199,26 +258,11 @@ fn answers(choice: &LocalChoice, drive: &Drive) -> Vec<Tick> {
 }
 
 /// The planner of the drives' stack, and its head.
-fn of_stack(experiment: &Experiment, name: &str) -> (StackSpec, Value) {
+fn of_stack(experiment: &Experiment, name: &str, planner: &str) -> (StackSpec, Value) {
     let spec = experiment.stacks(0).find(|spec| spec.name == name).unwrap().clone();
     let robot = experiment.robot(0);
-    let local = serde_json::to_value(&spec.local).unwrap()["pdwa"].clone();
-    let window = &local["avoid"];
-    let keys = [
-        "heading_weight",
-        "distance_weight",
-        "velocity_weight",
-        "speed_step_mps",
-        "yaw_rate_step_radps",
-        "horizon_s",
-        "d_cap_m",
-        "prediction",
-        "va_distance",
-        "predict_dynamic",
-    ];
-    let window: Value =
-        keys.iter().map(|&key| (key.to_owned(), window[key].clone())).collect::<serde_json::Map<_, _>>().into();
     let head = json!({
+        "planner": planner,
         "robot": {
             "radius_m": robot.radius_m,
             "speed_max_mps": robot.speed_max_mps,
@@ -228,20 +272,19 @@ fn of_stack(experiment: &Experiment, name: &str) -> (StackSpec, Value) {
             "yaw_rate_max_radps": robot.yaw_rate_max_radps,
             "yaw_acceleration_max_radps2": robot.yaw_acceleration_max_radps2,
         },
-        "params": {"split": local["split"], "trigger": local["trigger"]},
-        "window": window,
+        "params": serde_json::to_value(&spec.local).unwrap()[planner],
     });
     (spec, head)
 }
 
-/// Drives and writes `pdwa_drives.jsonl`.
-fn bless() {
+/// Drives and writes the recording.
+fn bless(recording: &Recording) {
     let mut out = String::new();
-    for (scenario, name, changes, episodes, ticks) in DRIVES {
+    for &(scenario, name, changes, ref episodes, ticks) in recording.drives {
         let experiment = experiment(scenario, changes);
-        let (spec, common) = of_stack(&experiment, name);
+        let (spec, common) = of_stack(&experiment, name, recording.planner);
         let settings = experiment.scenario();
-        for episode in episodes {
+        for episode in episodes.clone() {
             let Ok(scene) = experiment.scene(0, episode) else { continue };
             let conditions = Conditions {
                 seed: EpisodeSeed { seed: settings.seed, episode },
@@ -276,12 +319,12 @@ fn bless() {
             }
         }
     }
-    fs::write(data("pdwa_drives.jsonl"), out).unwrap();
+    fs::write(data(&format!("{}_drives.jsonl", recording.planner)), out).unwrap();
 }
 
-fn drives() -> Vec<Drive> {
+fn drives(planner: &str) -> Vec<Drive> {
     let mut drives: Vec<Drive> = Vec::new();
-    for line in fs::read_to_string(data("pdwa_drives.jsonl")).unwrap().lines() {
+    for line in fs::read_to_string(data(&format!("{planner}_drives.jsonl"))).unwrap().lines() {
         match serde_json::from_str::<Value>(line).unwrap() {
             Value::Object(mut object) if object.contains_key("drive") => {
                 drives.push(Drive { head: object.remove("drive").unwrap(), ticks: Vec::new() });
@@ -293,75 +336,90 @@ fn drives() -> Vec<Drive> {
 }
 
 #[test]
-fn the_planner_decides_as_recorded() {
-    if is_blessing() {
-        bless();
-    }
-    for drive in drives() {
-        let changes: Vec<String> = serde_json::from_value(drive.head["changes"].clone()).unwrap();
-        let changes: Vec<&str> = changes.iter().map(String::as_str).collect();
-        let experiment = experiment(drive.head["scenario"].as_str().unwrap(), &changes);
-        let (spec, _) = of_stack(&experiment, drive.head["stack"].as_str().unwrap());
-        for (now, then) in answers(&spec.local, &drive).iter().zip(&drive.ticks) {
-            let is_same = now.command.iter().zip(&then.command).all(|(a, b)| (a - b).abs() < 1e-12);
-            assert!(is_same, "bless if that is meant: {now:?}\n{then:?}");
-            assert_eq!(*now, Tick { command: now.command, ..then.clone() }, "bless if that is meant");
+fn the_planners_decide_as_recorded() {
+    for recording in &RECORDINGS {
+        let planner = recording.planner;
+        if is_blessing() {
+            bless(recording);
+        }
+        for drive in drives(planner) {
+            let changes: Vec<String> = serde_json::from_value(drive.head["changes"].clone()).unwrap();
+            let changes: Vec<&str> = changes.iter().map(String::as_str).collect();
+            let experiment = experiment(drive.head["scenario"].as_str().unwrap(), &changes);
+            let (spec, _) = of_stack(&experiment, drive.head["stack"].as_str().unwrap(), planner);
+            for (now, then) in answers(&spec.local, &drive).iter().zip(&drive.ticks) {
+                let is_near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
+                let is_same = is_near(&now.command, &then.command) && is_near(&now.notes, &then.notes);
+                assert!(is_same && now.state == then.state, "bless if that is meant: {now:?}\n{then:?}");
+            }
         }
     }
 }
 
-/// A row of `pdwa_second.csv`.
+/// A row of `PLANNER_second.csv`; a column that the planner has not is empty.
 #[derive(Debug, Deserialize)]
 struct Second {
     drive: usize,
     tick: u32,
     state: String,
-    region: u32,
-    conflict: bool,
-    failures: u32,
+    region: Option<u32>,
+    conflict: Option<bool>,
+    failures: Option<u32>,
+    cap_mps: Option<f64>,
     v: Option<f64>,
     omega: Option<f64>,
 }
 
-#[test]
-fn the_second_implementation_decides_the_same() {
-    let first = fs::read_to_string(data("pdwa_drives.jsonl")).unwrap();
-    let second = fs::read_to_string(data("pdwa_second.csv")).unwrap();
-    let (origin, second) = second.split_once('\n').unwrap();
-    let mut hash = Fnv1a::default();
-    hash.bytes(first.as_bytes());
-    let digest = Digest(hash.value()).to_string();
-    assert!(origin.ends_with(&digest), "{origin}, but it is {digest}: run python3 tests/oracles/qin2026_pdwa.py");
-
-    let mut rows = csv::Reader::from_reader(second.as_bytes()).into_deserialize::<Second>().map(|row| row.unwrap());
-    let mut mirrored = 0;
-    let mut in_state = std::collections::BTreeMap::<String, u32>::new();
-    for (number, drive) in drives().iter().enumerate() {
-        for tick in &drive.ticks {
-            let row = rows.next().unwrap();
-            assert_eq!((row.drive, row.tick), (number, tick.tick));
-            let (ours, theirs) = (
-                (&tick.state, tick.region, tick.conflict, tick.failures),
-                (&row.state, row.region, row.conflict, row.failures),
-            );
-            assert_eq!(ours, theirs, "drive {number}, {tick:?}");
-            // The command on the way is the path tracker's, which the paper does not name.
-            if let (Some(v), Some(omega)) = (row.v, row.omega) {
-                let is_near = |a: f64, b: f64| (a - b).abs() <= 1e-9;
-                let is_same = is_near(v, tick.command[0]) && is_near(omega, tick.command[1]);
-                // A robot in the middle of a lane has two best ways that mirror each other: rounding decides.
-                let is_mirrored = is_near(v, tick.command[0]) && is_near(omega, -tick.command[1]);
-                assert!(is_same || is_mirrored, "drive {number}, {tick:?}\n{row:?}");
-                mirrored += u32::from(!is_same);
-            } else {
-                assert_eq!(tick.state, "follow");
-            }
-            *in_state.entry(tick.state.clone()).or_default() += 1;
-        }
+impl Second {
+    /// The notes of the planner, as far as the second implementation says them.
+    fn notes(&self) -> Vec<f64> {
+        let of_pdwa = [self.region.map(f64::from), self.conflict.map(|yes| f64::from(u8::from(yes)))];
+        of_pdwa.into_iter().chain([self.failures.map(f64::from), self.cap_mps]).flatten().collect()
     }
-    assert!(rows.next().is_none());
-    assert!(mirrored <= 2, "{mirrored}");
-    for (state, least) in [("follow", 1000), ("avoid", 1000), ("retreat", 50), ("withdraw", 50), ("wait", 10)] {
-        assert!(in_state.get(state).is_some_and(|&ticks| ticks >= least), "{in_state:?}");
+}
+
+fn is_near(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-9
+}
+
+#[test]
+fn the_second_implementations_decide_the_same() {
+    for Recording { planner, oracle, least, .. } in RECORDINGS {
+        let first = fs::read_to_string(data(&format!("{planner}_drives.jsonl"))).unwrap();
+        let second = fs::read_to_string(data(&format!("{planner}_second.csv"))).unwrap();
+        let (origin, second) = second.split_once('\n').unwrap();
+        let mut hash = Fnv1a::default();
+        hash.bytes(first.as_bytes());
+        let digest = Digest(hash.value()).to_string();
+        assert!(origin.ends_with(&digest), "{origin}, but it is {digest}: run python3 tests/oracles/{oracle}");
+
+        let mut rows = csv::Reader::from_reader(second.as_bytes()).into_deserialize::<Second>().map(|row| row.unwrap());
+        let mut mirrored = 0;
+        let mut in_state = std::collections::BTreeMap::<String, u32>::new();
+        for (number, drive) in drives(planner).iter().enumerate() {
+            for tick in &drive.ticks {
+                let row = rows.next().unwrap();
+                assert_eq!((row.drive, row.tick), (number, tick.tick));
+                assert_eq!(tick.state, row.state, "{planner}, drive {number}, {tick:?}\n{row:?}");
+                let is_noted = row.notes().iter().zip(&tick.notes).all(|(&a, &b)| is_near(a, b));
+                assert!(is_noted, "{planner}, drive {number}, {tick:?}\n{row:?}");
+                if let (Some(v), Some(omega)) = (row.v, row.omega) {
+                    let is_same = is_near(v, tick.command[0]) && is_near(omega, tick.command[1]);
+                    // A robot in the middle of a lane has two best ways that mirror each other: rounding decides.
+                    let is_mirrored = is_near(v, tick.command[0]) && is_near(omega, -tick.command[1]);
+                    assert!(is_same || is_mirrored, "{planner}, drive {number}, {tick:?}\n{row:?}");
+                    mirrored += u32::from(!is_same);
+                } else {
+                    // The command on the way is the path tracker's, which the paper does not name.
+                    assert_eq!((planner, &*tick.state), ("pdwa", "follow"));
+                }
+                *in_state.entry(tick.state.clone()).or_default() += 1;
+            }
+        }
+        assert!(rows.next().is_none());
+        assert!(mirrored <= 2, "{planner}: {mirrored}");
+        for &(state, least) in least {
+            assert!(in_state.get(state).is_some_and(|&ticks| ticks >= least), "{planner}: {in_state:?}");
+        }
     }
 }

@@ -23,7 +23,7 @@ FIRST_DIFFERENCES = 20  # printed
 
 def automaton_of(drive):
     """The planner of a drive, and its map as a set of blocked cells."""
-    limits, window, tick_s = drive["robot"], drive["window"], drive["dt_s"]
+    limits, window, tick_s = drive["robot"], drive["params"]["avoid"], drive["dt_s"]
     for key, words in (("prediction", ["euler"]), ("va_distance", ["arc", "clearance"])):
         if window[key] not in words:
             raise ValueError(f"{key} is {window[key]!r}, expected {' or '.join(words)}")
@@ -48,7 +48,7 @@ def automaton_of(drive):
         predict=window["predict_dynamic"],
         weights=(window["heading_weight"], window["distance_weight"], window["velocity_weight"]),
         size=(drive["cols"] * drive["resolution_m"], drive["rows"] * drive["resolution_m"]),
-        params=drive["params"],
+        params={key: drive["params"][key] for key in ("split", "trigger")},
     )
     automaton.take_path(drive["path"], drive["key_nodes_m"])
     return automaton, {tuple(cell) for cell in drive["known"]}
@@ -78,7 +78,7 @@ def replay(job):
             pose=tuple(line["pose"]),
             twist=tuple(line["twist"]),
             progress_m=line["progress_m"],
-            movers=[(x, y, radius, vx, vy) for x, y, vx, vy, radius in line["movers"]],
+            movers=[(x, y, radius, vx, vy) for x, y, vx, vy, radius, _ in line["movers"]],
             believed=believed,
             unexpected=unexpected,
         )
@@ -94,7 +94,8 @@ def replay(job):
             "v": None if tracked else float(command[0]),
             "omega": None if tracked else float(command[1]),
         }
-        theirs = {key: line[key] for key in ("state", "region", "conflict", "failures", "command")}
+        region, conflict, failures = line["notes"]
+        theirs = {"state": line["state"], "region": region, "conflict": conflict == 1.0, "failures": failures, "command": line["command"]}
         ticks.append((theirs, mine, (automaton.margins, automaton.behind_m(now))))
     name = ", ".join(f"{key} {drive[key]}" for key in ("scenario", "stack", "episode"))
     return name, ticks

@@ -461,6 +461,10 @@ impl PathStage for Stage {
     fn apply(&mut self, task: &Task<'_>, path: &Path) -> Result<Path, Failure> {
         Ok(self.treat(task.grid, task.situation.robot.radius_m, path))
     }
+
+    fn keeps_off_obstacles(&self) -> bool {
+        self.params.check == Check::Fallback
+    }
 }
 
 #[cfg(test)]

@@ -20,13 +20,16 @@ pub fn find_path<'s>(
     if plan.effort.expanded > task.situation.budget.expansions {
         return Err(Failure::OutOfBudget);
     }
-    check(&plan.path, task).map_err(|what| Failure::Fault(format!("the planned path {what}")))?;
+    let mut keeps_off = true;
+    check(&plan.path, task, keeps_off).map_err(|what| Failure::Fault(format!("the planned path {what}")))?;
     // Stages that follow may build the path anew.
     let mut fallbacks = plan.path.fallbacks();
     for (number, stage) in stages.iter_mut().enumerate() {
         let situation = Situation { random: task.situation.random.of_layer(2 + number as u64), ..*task.situation };
         plan.path = stage.apply(&Task { situation: &situation, ..*task }, &plan.path)?;
-        check(&plan.path, task).map_err(|what| Failure::Fault(format!("the path of stage {number} {what}")))?;
+        keeps_off &= stage.keeps_off_obstacles();
+        let faulty = |what| Failure::Fault(format!("the path of stage {number} {what}"));
+        check(&plan.path, task, keeps_off).map_err(faulty)?;
         fallbacks = fallbacks.max(plan.path.fallbacks());
     }
     join(&mut plan.path, task.grid);
@@ -104,10 +107,11 @@ fn way_to_stretch(grid: &PlanningGrid, end: Vec2, centre: Vec2, to: Vec2) -> Vec
 /// a start beside the centre of its cell, stays below it; a path through a wall does not.
 const INTRUSION_CELLS: f64 = 0.4;
 
-/// Checks that a path runs from the task's start to its goal through passable cells; the error says what is wrong.
+/// Checks that a path runs from the task's start to its goal, and through passable cells if it should keep off obstacles; the error says
+/// what is wrong.
 ///
 /// Nearer than two cells to either end anything goes: there the robot itself may stand in the inflated zone.
-fn check(path: &Path, task: &Task<'_>) -> Result<(), String> {
+fn check(path: &Path, task: &Task<'_>, keeps_off: bool) -> Result<(), String> {
     const SLACK_M: f64 = 1e-6;
     let is_finite = |p: Vec2| p.x.is_finite() && p.y.is_finite();
     if !path.vertices().all(is_finite) {
@@ -118,6 +122,9 @@ fn check(path: &Path, task: &Task<'_>) -> Result<(), String> {
     }
     if (path.end() - task.goal).norm() > SLACK_M {
         return Err(format!("ends at {:?} and not at {:?}", path.end().as_slice(), task.goal.as_slice()));
+    }
+    if !keeps_off {
+        return Ok(());
     }
     let side_m = task.grid.resolution_m();
     // Blocked by inflation alone, a cell is passable where the path keeps what its ends and the cells of escape zones leave.
@@ -404,6 +411,40 @@ mod tests {
             let answer = fault(path);
             assert!(matches!(&answer, Err(Failure::Fault(what)) if what.contains(words)), "{answer:?}");
         }
+    }
+
+    /// A stage that goes straight to the goal.
+    struct Straight {
+        keeps_off: bool,
+    }
+
+    impl PathStage for Straight {
+        fn apply(&mut self, task: &Task<'_>, _: &Path) -> Result<Path, Failure> {
+            Ok(Path::polyline(&[task.start, task.goal]))
+        }
+
+        fn keeps_off_obstacles(&self) -> bool {
+            self.keeps_off
+        }
+    }
+
+    #[test]
+    fn a_stage_without_a_check_may_lead_through_obstacles_and_one_with_a_check_may_not() {
+        let map = OccupancyGrid::from_ascii(&["......", "..##..", "..##..", "......"], 1.0);
+        let (start, goal) = (v(0.5, 1.5), v(5.5, 1.5));
+        let round = Path::polyline(&[start, v(0.5, 0.5), v(5.5, 0.5), goal]);
+        let ask = |keeps_off: bool| {
+            let mut stages: [Box<dyn PathStage>; 1] = [Box::new(Straight { keeps_off })];
+            let mut plan = Plan::default();
+            let answer = with_task(&map, start, goal, |task| {
+                find_path(&mut Answers(round.clone()), &mut stages, task, &mut plan)
+            });
+            (answer, plan.path.length())
+        };
+        assert_eq!(ask(false), (Ok(()), 5.0));
+        assert!(
+            matches!(ask(true).0, Err(Failure::Fault(what)) if what.contains("the path of stage 0 passes through"))
+        );
     }
 
     #[test]
