@@ -1,11 +1,14 @@
 //! Promises of planners, tested on every planner of a registry: there is no second list of names.
 
+use simrun::geometry::Pose;
 use simrun::map::{Cell, DistanceField, OccupancyGrid};
 use simrun::metrics::any_angle_m;
+use simrun::observation::Belief;
 use simrun::plan::PlanningGrid;
-use simrun::plan::contract::{Failure, GlobalPlanner, Problem, Search};
+use simrun::plan::contract::{Failure, GlobalPlanner, Plan, Problem, Search, Situation, Task};
 use simrun::plan::global::GlobalChoice;
 use simrun::rng::{EpisodeSeed, Purpose};
+use simrun::robot::Robot;
 
 /// Start `S`, goal `G`, obstacles `#`; several start and goal are allowed to be absent.
 fn problem(lines: &[&str]) -> (PlanningGrid, Cell, Cell) {
@@ -44,10 +47,19 @@ fn planners() -> impl Iterator<Item = (&'static str, Box<dyn GlobalPlanner>)> {
     })
 }
 
+/// Asks a planner for cells; one that is more than a search of the grid is asked for a path between their centres.
 fn plan(planner: &mut dyn GlobalPlanner, (grid, start, goal): &(PlanningGrid, Cell, Cell)) -> (Search, Vec<Cell>) {
     let mut path = vec![Cell { col: 1, row: 1 }; 3];
-    let search = planner.as_grid().expect("cells").search(&Problem { grid, start: *start, goal: *goal }, &mut path);
-    (search, path)
+    if let Some(planner) = planner.as_grid() {
+        let search = planner.search(&Problem { grid, start: *start, goal: *goal }, &mut path);
+        return (search, path);
+    }
+    let (robot, belief) = (Robot::default(), Belief::from(&OccupancyGrid::empty(grid.cols(), grid.rows(), 0.5)));
+    let (start, goal) = (grid.centre(*start), grid.centre(*goal));
+    let situation = Situation::new(&robot, &belief, Pose { position: start, theta: 0.0 }, goal);
+    let mut plan = Plan { cells: path, ..Plan::default() };
+    let result = planner.plan(&Task { situation: &situation, grid, start, goal }, &mut plan);
+    (Search { result, expanded: plan.effort.expanded, generated: plan.effort.generated }, plan.cells)
 }
 
 #[test]

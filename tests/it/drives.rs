@@ -4,6 +4,7 @@ use super::support::{Answer, is_full, root, simrun};
 use simrun::geometry::{Twist, Vec2};
 use simrun::map::OccupancyGrid;
 use simrun::math;
+use simrun::results::{EPISODES_CSV, STATES_CSV, SUMMARY_CSV};
 use simrun::rng::EpisodeSeed;
 use simrun::robot::Robot;
 use simrun::scenario::load;
@@ -174,6 +175,26 @@ fn steps_of_a_sweep_are_the_numbers_that_people_write() {
 #[test]
 fn with_every_noise_on_the_bytes_are_the_same_for_any_number_of_threads() {
     answer("verify", "everything_random", &["--episodes", "4"], 0);
+}
+
+#[test]
+fn a_planner_that_draws_draws_the_same_on_any_number_of_threads() {
+    let scratch = tempfile::tempdir().unwrap();
+    let file = folder().join("pf_aco.yaml");
+    for threads in ["1", "4"] {
+        let options = ["--quiet", "--threads", threads, "--out", threads];
+        simrun(scratch.path()).arg("run").arg(&file).args(options).ends_with(0);
+    }
+    for table in [EPISODES_CSV, STATES_CSV, SUMMARY_CSV] {
+        let [one, four] = ["1", "4"].map(|folder| std::fs::read(scratch.path().join(folder).join(table)).unwrap());
+        assert!(one == four, "{table}");
+    }
+    let table = std::fs::read(scratch.path().join("1").join(EPISODES_CSV)).unwrap();
+    let rows: Vec<Row> = csv::Reader::from_reader(&*table).deserialize().map(|row| row.unwrap()).collect();
+    let distinct = |column: &str| rows.iter().map(|row| &row[column]).collect::<std::collections::BTreeSet<_>>().len();
+    // One world, twelve episodes.
+    assert_eq!((rows.len(), distinct("world_digest")), (12, 1));
+    assert!(distinct("planned_length_m") > 3 && distinct("expanded") > 6);
 }
 
 #[test]

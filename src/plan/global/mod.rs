@@ -42,6 +42,7 @@ registry! {
         blend_a_star,
         ssa_star,
         atan_a_star,
+        pf_aco,
     }
 }
 

@@ -27,4 +27,9 @@ impl Marks {
     pub fn mark(&mut self, index: u32) -> bool {
         core::mem::replace(&mut self.marked_in[index as usize], self.search) != self.search
     }
+
+    /// Whether a node is marked.
+    pub fn contains(&self, index: u32) -> bool {
+        self.marked_in[index as usize] == self.search
+    }
 }
