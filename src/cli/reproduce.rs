@@ -6,7 +6,7 @@ use super::{Failure, colour, print, say};
 use crate::comparison::{self, Section};
 use crate::experiment::{Experiment, Session};
 use crate::paper::manifest::{Choice, Table};
-use crate::paper::{self, Evidence, Finding, Findings, Paper};
+use crate::paper::{self, Evidence, Finding, Findings, Paper, Ruling};
 use crate::results::EPISODES_CSV;
 use crate::scenario::ScenarioError;
 use crate::settings::quantity::counted;
@@ -14,19 +14,23 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Short name of the paper, such as gao2025.
+    /// Short name of the paper, such as gao2025, or `all` for every paper, one after the other.
     #[arg(value_name = "PAPER")]
     paper: String,
     /// Run every table and every choice that the paper leaves open; without it the paper's own tables and counts.
     #[arg(long)]
     full: bool,
+    /// The paper's own tables and counts, as without `--full`.
+    #[arg(long, conflicts_with = "full")]
+    short: bool,
     /// At most this many episodes of each table: a short form.
     #[arg(long, value_name = "N")]
     episodes: Option<u32>,
     /// Folder of the papers.
     #[arg(long, value_name = "FOLDER", default_value = "scenarios/papers")]
     papers: PathBuf,
-    /// Folder of the results; results/reproduce/PAPER by default. What is there already is not run again.
+    /// Folder of the results; results/reproduce/PAPER by default, for all papers results/reproduce with a folder for each. What is there
+    /// already is not run again.
     #[arg(short, long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Throw away other results in that folder.
@@ -40,18 +44,96 @@ pub(super) struct Args {
     quiet: bool,
 }
 
+/// The name that stands for every paper.
+const ALL: &str = "all";
+
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
-    let paper = Paper::read(&args.papers, &args.paper).map_err(Failure::usage)?;
-    let out = args.out.clone().unwrap_or_else(|| Path::new("results/reproduce").join(&paper.name));
+    let read = |name: &str| Paper::read(&args.papers, name).map_err(Failure::usage);
+    let base = Path::new("results/reproduce");
+    if args.paper != ALL {
+        let paper = read(&args.paper)?;
+        let out = args.out.clone().unwrap_or_else(|| base.join(&paper.name));
+        return judge(args, &paper, &experiments(args, &paper)?, &out)?.check();
+    }
+    let out = args.out.as_deref().unwrap_or(base);
+    let names = Paper::names(&args.papers).map_err(Failure::usage)?;
+    let papers = names.iter().map(|name| read(name)).collect::<Result<Vec<_>, _>>()?;
+    // All papers are checked before the first one runs.
+    let checked = papers.iter().map(|paper| Ok((paper, experiments(args, paper)?)));
+    let checked = checked.collect::<Result<Vec<_>, Failure>>()?;
+    let mut judged = Vec::new();
+    for (paper, runs) in &checked {
+        if !args.quiet {
+            say(&format!("\n{}: {}", paper.name, paper.manifest.title.trim()));
+        }
+        judged.push(judge(args, paper, runs, &out.join(&paper.name))?);
+    }
+    let (table, path) = (rulings(&judged), out.join("verdicts.md"));
+    write(&path, &table)?;
+    if !args.quiet {
+        print(&format!("\n{table}\n{}\n", path.display()))?;
+    }
+    judged.iter().try_for_each(Judged::check)
+}
+
+/// What came of a paper.
+struct Judged {
+    name: String,
+    /// Number of claims, then of questions, with each ruling, in the order of [`Ruling::ALL`].
+    counts: [[usize; Ruling::ALL.len()]; 2],
+    /// Bounds that hold in every world and were broken.
+    broken: usize,
+    report: PathBuf,
+}
+
+impl Judged {
+    /// Whether every bound was kept.
+    fn check(&self) -> Result<(), Failure> {
+        if self.broken == 0 {
+            return Ok(());
+        }
+        let broken = counted(self.broken as u64, "bound");
+        Err(Failure::Run(format!("error: {broken} broken, see {}", self.report.display())))
+    }
+}
+
+/// The rulings on every paper as a table.
+fn rulings(judged: &[Judged]) -> String {
+    let words = Ruling::ALL.map(Ruling::words).join(" | ");
+    let mut table = format!("| paper | | all | {words} |\n|---|---|{}\n", "---|".repeat(1 + Ruling::ALL.len()));
+    for Judged { name, counts, .. } in judged {
+        for (what, counts) in ["claims", "questions"].into_iter().zip(counts) {
+            let all: usize = counts.iter().sum();
+            if all > 0 {
+                table.push_str(&format!(
+                    "| {name} | {what} | {all} | {} |\n",
+                    counts.map(|count| count.to_string()).join(" | ")
+                ));
+            }
+        }
+    }
+    table
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    std::fs::write(path, text)
+        .map_err(|error| Failure::Run(format!("error: cannot write `{}`: {error}", path.display())))
+}
+
+/// The tables of a paper, checked.
+fn experiments<'a>(args: &Args, paper: &'a Paper) -> Result<Vec<(Run<'a>, Experiment)>, Failure> {
     // All tables are checked before the first one runs.
-    let runs = runs(&paper, args.full).into_iter().map(|run| {
-        let experiment = load(&paper, &run, args.episodes)?;
+    let runs = runs(paper, args.full).into_iter().map(|run| {
+        let experiment = load(paper, &run, args.episodes)?;
         Ok((run, experiment))
     });
-    let runs = runs.collect::<Result<Vec<_>, Failure>>()?;
+    runs.collect()
+}
 
+/// Runs the tables of a paper, judges its claims and writes the report.
+fn judge(args: &Args, paper: &Paper, runs: &[(Run<'_>, Experiment)], out: &Path) -> Result<Judged, Failure> {
     let mut evidence = Evidence::default();
-    for (Run { table, choice, .. }, experiment) in &runs {
+    for (Run { table, choice, .. }, experiment) in runs {
         let name = paper::folder_of(table, *choice);
         if !args.quiet {
             say(&format!("{name}: {}", choice.map_or(&table.title, |choice| &choice.says).trim()));
@@ -75,27 +157,28 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             }
         }
     }
-    let findings = Findings::new(&paper, &evidence);
+    let findings = Findings::new(paper, &evidence);
     let report = out.join("report.md");
     for (name, text) in [
-        ("report.md", paper::report(&paper, &evidence, &findings)),
-        ("numbers.csv", paper::published_csv(&paper, &evidence)),
+        ("report.md", paper::report(paper, &evidence, &findings)),
+        ("numbers.csv", paper::published_csv(paper, &evidence)),
         ("verdicts.csv", paper::verdicts_csv(&findings)),
     ] {
-        let path = out.join(name);
-        std::fs::write(&path, text)
-            .map_err(|error| Failure::Run(format!("error: cannot write `{}`: {error}", path.display())))?;
+        write(&out.join(name), &text)?;
     }
     if !args.quiet {
         print(&summary(&findings))?;
         print(&format!("\n{}\n", report.display()))?;
     }
-    let broken: usize = evidence.tables.values().map(|table| table.bounds.broken.len()).sum();
-    if broken == 0 {
-        Ok(())
-    } else {
-        Err(Failure::Run(format!("error: {} broken, see {}", counted(broken as u64, "bound"), report.display())))
-    }
+    let count = |findings: &[Finding<'_>]| {
+        Ruling::ALL.map(|ruling| findings.iter().filter(|finding| finding.ruling() == ruling).count())
+    };
+    Ok(Judged {
+        name: paper.name.clone(),
+        counts: [count(&findings.claims), count(&findings.questions)],
+        broken: evidence.tables.values().map(|table| table.bounds.broken.len()).sum(),
+        report,
+    })
 }
 
 /// A table that is run, as it is or under a choice.

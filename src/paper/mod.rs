@@ -67,6 +67,15 @@ pub struct Paper {
 }
 
 impl Paper {
+    /// The names of the papers in `folder`, in alphabetical order.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn names(folder: &Path) -> Result<Vec<String>, PaperError> {
+        let names = known_papers(folder);
+        if names.is_empty() { Err(PaperError::NoPapers { folder: folder.to_owned() }) } else { Ok(names) }
+    }
+
     /// Reads the paper called `name` from `folder`.
     ///
     /// # Errors

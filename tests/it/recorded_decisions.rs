@@ -1,7 +1,7 @@
 //! The decisions of local planners with states, tick by tick, against second implementations written from the papers alone (`tests/oracles/`).
 //!
-//! `PLANNER_drives.jsonl` holds what the planner knew and decided at every tick of drives through its paper's scenarios, positions and twists
-//! rounded to six decimals; `PLANNER_second.csv` what the second implementation makes of it. Written anew with
+//! `PLANNER_drives.jsonl` holds what the planner knew and decided at every tick of drives through its paper's scenarios, positions
+//! rounded to six decimals and twists to twelve; `PLANNER_second.csv` what the second implementation makes of it. Written anew with
 //!
 //!     SIMRUN_BLESS=1 cargo test --release --test it recorded_decisions::the_planners
 //!     python3 tests/oracles/qin2026_pdwa.py
@@ -180,7 +180,7 @@ impl LocalPlanner for Witness {
         seen.1.push(Tick {
             tick: situation.tick,
             pose: [pose.position.x, pose.position.y, pose.theta].map(rounded),
-            twist: [twist.v, twist.omega].map(rounded),
+            twist: [twist.v, twist.omega].map(|number| (number * 1e12).round() / 1e12),
             progress_m: rounded(guidance.progress_m),
             sub_goal: [guidance.sub_goal.x, guidance.sub_goal.y].map(rounded),
             added: is_new.then(|| cells(&mut belief.added().iter().copied())),

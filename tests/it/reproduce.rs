@@ -1,6 +1,8 @@
 //! `simrun reproduce` on a made-up paper whose verdicts are known, and on those that are shipped.
 
 use super::support::{Answer, root, simrun};
+use simrun::experiment::Experiment;
+use simrun::paper::Paper;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -239,18 +241,79 @@ fn the_shipped_papers_run() {
     let scratch = tempfile::tempdir().unwrap();
     let papers = root().join("scenarios/papers").display().to_string();
     let (error, code) =
-        reproduce(scratch.path(), "gao2025", &["--papers", &papers, "--episodes", "1", "--full", "--quiet"]);
+        reproduce(scratch.path(), "all", &["--papers", &papers, "--episodes", "1", "--short", "--quiet"]);
     assert_eq!((code, error.as_str()), (0, ""));
-    let verdicts = columns(&scratch.path().join("out/verdicts.csv"), 0, 3);
     // What depends on the paper's numbers alone is the same for any number of episodes.
-    for (id, verdict) in [
-        ("T2", "does not hold"),
-        ("T3", "does not hold"),
-        ("T7-3", "holds"),
-        ("T7-5", "does not hold"),
-        ("T9", "does not hold"),
-        ("hardware", "cannot be tested"),
+    for (paper, id, verdict) in [
+        ("gao2025", "T2", "does not hold"),
+        ("gao2025", "T3", "does not hold"),
+        ("gao2025", "T7-3", "holds"),
+        ("gao2025", "T7-5", "does not hold"),
+        ("gao2025", "T9", "does not hold"),
+        ("gao2025", "hardware", "cannot be tested"),
+        ("hu2024", "T26-20", "does not hold"),
+        ("hu2024", "T26-30", "does not hold"),
+        ("zhao2025", "T21", "does not hold"),
+        ("zhao2025", "T22", "does not hold"),
+        ("zhu2025", "T19", "does not hold"),
     ] {
-        assert_eq!(verdicts[id], verdict, "{id}");
+        let verdicts = columns(&scratch.path().join(format!("out/{paper}/verdicts.csv")), 0, 3);
+        assert_eq!(verdicts[id], verdict, "{paper} {id}");
     }
+    // One line for the claims and one for the questions of each, where it has any.
+    let table = fs::read_to_string(scratch.path().join("out/verdicts.md")).unwrap();
+    assert_eq!(table.matches("| claims |").count(), 5, "{table}");
+    assert_eq!(table.lines().next(), Some(TABLE_HEAD));
+}
+
+const TABLE_HEAD: &str = "| paper | | all | holds | does not hold | depends | undecided | cannot be tested | not run |";
+
+#[test]
+fn all_papers_run_one_after_the_other_and_are_counted() {
+    let scratch = tempfile::tempdir().unwrap();
+    write_paper(scratch.path(), PAPER, NUMBERS);
+    fs::write(scratch.path().join("another.paper.yaml"), PAPER).unwrap();
+    let both = ["--papers", ".", "--quiet", "--short", "--episodes", "3"];
+    assert_eq!(reproduce(scratch.path(), "all", &both), (String::new(), 0));
+    let table = fs::read_to_string(scratch.path().join("out/verdicts.md")).unwrap();
+    let lines: Vec<&str> = table.lines().collect();
+    assert_eq!(lines[0], TABLE_HEAD);
+    for (first, paper) in [(2, "another"), (4, "tiny")] {
+        let verdicts = columns(&scratch.path().join("out").join(paper).join("verdicts.csv"), 0, 3);
+        let numbers = |line: &str, what: &str| -> Vec<usize> {
+            let cells = line.strip_prefix(&format!("| {paper} | {what} | ")).unwrap().trim_end_matches(" |");
+            cells.split(" | ").map(|cell| cell.parse().unwrap()).collect()
+        };
+        let (claims, questions) = (numbers(lines[first], "claims"), numbers(lines[first + 1], "questions"));
+        let count = |word: &str| verdicts.values().filter(|verdict| *verdict == word).count();
+        let counts = ["holds", "does not hold", "depends", "undecided", "cannot be tested", "not run"].map(count);
+        let sums: Vec<usize> = claims.iter().zip(&questions).map(|(a, b)| a + b).collect();
+        assert_eq!(sums, [&[verdicts.len()], &counts[..]].concat());
+    }
+    // A fault in the last of them is found before the first one runs.
+    fs::remove_dir_all(scratch.path().join("out")).unwrap();
+    fs::write(scratch.path().join("tiny.paper.yaml"), PAPER.replace("table: slow,", "table: slowly,")).unwrap();
+    let (error, code) = reproduce(scratch.path(), "all", &both);
+    assert!(code == 2 && error.contains("slowly") && !scratch.path().join("out").exists(), "{error}");
+    let (error, code) = reproduce(scratch.path(), "tiny", &["--short", "--full"]);
+    assert!(code == 2 && error.contains("cannot be used with"), "{error}");
+}
+
+#[test]
+fn every_table_of_the_shipped_papers_fits_each_of_its_choices() {
+    let folder = root().join("scenarios/papers");
+    let mut checked = 0;
+    for name in Paper::names(&folder).unwrap() {
+        let paper = Paper::read(&folder, &name).unwrap();
+        for choice in &paper.manifest.ablate {
+            for table in
+                paper.manifest.tables.iter().filter(|table| choice.tables.iter().any(|id| *id == table.id.as_str()))
+            {
+                let (file, edits) = paper.scenario(table, Some(choice), Some(1)).unwrap();
+                Experiment::load(&file, &edits).unwrap_or_else(|error| panic!("{name} {}: {error:?}", choice.id));
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 300, "{checked}");
 }
