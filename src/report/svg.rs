@@ -443,17 +443,19 @@ impl Canvas {
     }
 }
 
-/// The states of the local planner that a picture marks, in the order in which they were entered: its own ones but the first, in which it
-/// drives as usual.
+/// The states of the local planner that a picture marks, in the order in which they were entered: its own ones, without the one in which it
+/// sets out and drives as usual.
 fn marked_states(trace: &Trace) -> Vec<&'static str> {
+    let states = || trace.ticks.iter().map(|tick| tick.state);
+    let usual = states().find(|state| ![State::RECOVER, State::ARRIVE].contains(state));
     let mut names: Vec<&'static str> = Vec::new();
-    for tick in &trace.ticks {
-        let is_own = ![State::TRACK, State::RECOVER, State::ARRIVE].contains(&tick.state);
-        if is_own && !names.contains(&tick.state.name) {
-            names.push(tick.state.name);
+    for state in states() {
+        let is_own = ![State::TRACK, State::RECOVER, State::ARRIVE].contains(&state) && Some(state) != usual;
+        if is_own && !names.contains(&state.name) {
+            names.push(state.name);
         }
     }
-    names.split_off(names.len().min(1))
+    names
 }
 
 fn state_colour(marked: &[&'static str], name: &str) -> Option<&'static str> {

@@ -57,7 +57,7 @@ fn the_scenario_that_the_readme_shows_is_valid() {
 
 #[test]
 fn the_pictures_of_the_papers_are_those_of_the_commands_on_their_pages() {
-    for paper in ["qin2026", "zhu2025"] {
+    for paper in ["qin2026", "zhu2025", "zhao2025", "hu2024"] {
         let folder = root().join("docs/papers");
         let page = fs::read_to_string(folder.join(format!("{paper}.md"))).unwrap();
         let command = page.split("`simrun draw ").nth(1).unwrap().split('`').next().unwrap();
@@ -71,10 +71,13 @@ fn the_pictures_of_the_papers_are_those_of_the_commands_on_their_pages() {
         assert!(fs::read_to_string(&picture).unwrap() == answer.stdout, "{paper}: bless if that is meant");
     }
     // The states in which the planner does not just follow its path.
-    let picture = fs::read_to_string(root().join("docs/papers/qin2026.svg")).unwrap();
-    assert!(
-        picture.contains(">avoid</text>") && picture.contains(">retreat</text>") && !picture.contains(">follow</text>")
-    );
+    for (paper, marked, plain) in
+        [("qin2026", ["avoid", "retreat"], "follow"), ("hu2024", ["brake", "follow"], "track")]
+    {
+        let picture = fs::read_to_string(root().join(format!("docs/papers/{paper}.svg"))).unwrap();
+        let is_marked = |state: &str| picture.contains(&format!(">{state}</text>"));
+        assert!(marked.into_iter().all(is_marked) && !is_marked(plain), "{paper}");
+    }
 }
 
 /// The documents of the repository, results of runs left out.
