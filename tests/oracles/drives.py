@@ -24,6 +24,13 @@ WORDS = {
     "dist_mode": ["path_min"],
     "heading_at": ["horizon"],
     "target": ["sub_goal"],
+    "normalise": ["sum"],
+    "clearances": ["exact"],
+    "va_angular": ["printed"],
+    "va_uses_clip": [False],
+    "va_clip_m": [None],
+    "movers_horizon_s": [None],
+    "room_m": [0.0],
 }
 NUMBERS = ["speed_step_mps", "yaw_rate_step_radps", "horizon_s", "d_cap_m", "predict_dynamic"]
 

@@ -39,7 +39,7 @@ class Planner:
         state, cap_mps, slack = "track", None, None
         if params["states"]:
             state, cap_mps = self.automaton.step(now_of(line))
-            slack = self.automaton.slack
+            slack = self.automaton.slack if self.automaton.slack < math.inf else None
         if not wanted:
             return drives.Answer(state, cap_mps=cap_mps)
         problem = paper.Problem(
