@@ -46,6 +46,7 @@ class Problem:
     size: tuple  # width and height of the map; its border is a wall
     boxes: list = field(default_factory=list)  # x_min, y_min, x_max, y_max of blocked cells
     discs: list = field(default_factory=list)  # x, y, radius, vx, vy of movers
+    speed_cap_mps: float = math.inf  # limit of this tick, below that of the robot
 
 
 @dataclass
@@ -56,6 +57,7 @@ class Candidate:
     end: tuple  # x, y, theta
     clearance_m: float  # least over the predicted poses
     score: float = 0.0
+    poses: list = field(default_factory=list, repr=False)  # from the robot's own on
 
 
 def window(centre, fall, rise, low, high, step, extra):
@@ -85,7 +87,8 @@ def twists(problem):
     """The sampled twists, speeds outside, yaw rates inside."""
     robot, sampling = problem.robot, problem.sampling
     fall, rise = robot.deceleration_mps2 * sampling.tick_s, robot.acceleration_mps2 * sampling.tick_s
-    speeds = window(problem.twist[0], fall, rise, robot.speed_min_mps, robot.speed_max_mps, sampling.speed_step_mps, ())
+    fastest = min(robot.speed_max_mps, problem.speed_cap_mps)
+    speeds = window(problem.twist[0], fall, rise, robot.speed_min_mps, fastest, sampling.speed_step_mps, ())
     rates = yaw_rates(problem, (0.0,))
     return [(v, omega) for v in speeds for omega in rates]
 
@@ -152,6 +155,13 @@ def wrap(angle):
     return angle
 
 
+def angle(a, b):
+    """Angle between two vectors, 0 to π; π/2 where either is shorter than 1e-9."""
+    if math.hypot(*a) < 1e-9 or math.hypot(*b) < 1e-9:
+        return math.pi / 2.0
+    return math.atan2(abs(a[0] * b[1] - a[1] * b[0]), a[0] * b[0] + a[1] * b[1])
+
+
 def admissible(problem, twist, clearance):
     """No contact over the horizon, and V_a with the modulus of ω."""
     if clearance <= 0.0:
@@ -176,19 +186,24 @@ def reach_m(problem):
     return max(cap_m, fastest, robot.yaw_rate_max_radps**2 / (2.0 * robot.yaw_acceleration_radps2))
 
 
+def nearby(problem):
+    """The problem without the boxes that no rollout can come near."""
+    robot, sampling = problem.robot, problem.sampling
+    x, y, _ = problem.pose
+    far = reach_m(problem) + robot.radius_m + max(robot.speed_max_mps, abs(problem.twist[0])) * sampling.steps * sampling.tick_s
+    return replace(problem, boxes=[box for box in problem.boxes if point_to_box_m(x, y, box) <= far])
+
+
 def candidates(problem):
     """Every sampled twist that is admissible."""
-    robot, sampling = problem.robot, problem.sampling
-    reach = reach_m(problem)
-    x, y, _ = problem.pose
-    far = reach + robot.radius_m + max(robot.speed_max_mps, abs(problem.twist[0])) * sampling.steps * sampling.tick_s
-    problem = replace(problem, boxes=[box for box in problem.boxes if point_to_box_m(x, y, box) <= far])
+    sampling = problem.sampling
+    reach, problem = reach_m(problem), nearby(problem)
     found = []
     for twist in twists(problem):
         poses = rollout(problem.pose, [twist[0]] * sampling.steps, twist[1], sampling.tick_s)
         clearance = min(clearances_m(problem, poses, reach))
         if admissible(problem, twist, clearance):
-            found.append(Candidate(twist, poses[-1], clearance))
+            found.append(Candidate(twist, poses[-1], clearance, poses=poses))
     return found
 
 
