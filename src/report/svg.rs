@@ -447,7 +447,8 @@ impl Canvas {
 /// sets out and drives as usual.
 fn marked_states(trace: &Trace) -> Vec<&'static str> {
     let states = || trace.ticks.iter().map(|tick| tick.state);
-    let usual = states().find(|state| ![State::RECOVER, State::ARRIVE].contains(state));
+    // No planner has decided yet at the first tick.
+    let usual = states().skip(1).find(|state| ![State::RECOVER, State::ARRIVE].contains(state));
     let mut names: Vec<&'static str> = Vec::new();
     for state in states() {
         let is_own = ![State::TRACK, State::RECOVER, State::ARRIVE].contains(&state) && Some(state) != usual;

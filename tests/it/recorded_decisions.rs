@@ -322,9 +322,10 @@ fn bless(recording: &Recording) {
     fs::write(data(&format!("{}_drives.jsonl", recording.planner)), out).unwrap();
 }
 
-fn drives(planner: &str) -> Vec<Drive> {
+/// The drives in `PLANNER_drives.jsonl` or `PLANNER_situations.jsonl`.
+fn drives(planner: &str, what: &str) -> Vec<Drive> {
     let mut drives: Vec<Drive> = Vec::new();
-    for line in fs::read_to_string(data(&format!("{planner}_drives.jsonl"))).unwrap().lines() {
+    for line in fs::read_to_string(data(&format!("{planner}_{what}.jsonl"))).unwrap().lines() {
         match serde_json::from_str::<Value>(line).unwrap() {
             Value::Object(mut object) if object.contains_key("drive") => {
                 drives.push(Drive { head: object.remove("drive").unwrap(), ticks: Vec::new() });
@@ -342,18 +343,25 @@ fn the_planners_decide_as_recorded() {
         if is_blessing() {
             bless(recording);
         }
-        for drive in drives(planner) {
-            let changes: Vec<String> = serde_json::from_value(drive.head["changes"].clone()).unwrap();
-            let changes: Vec<&str> = changes.iter().map(String::as_str).collect();
-            let experiment = experiment(drive.head["scenario"].as_str().unwrap(), &changes);
-            let (spec, _) = of_stack(&experiment, drive.head["stack"].as_str().unwrap(), planner);
-            for (now, then) in answers(&spec.local, &drive).iter().zip(&drive.ticks) {
-                let is_near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
-                let is_same = is_near(&now.command, &then.command) && is_near(&now.notes, &then.notes);
+        for drive in drives(planner, "drives") {
+            for (now, then) in answers(&planner_of(&drive, planner), &drive).iter().zip(&drive.ticks) {
+                let is_same = is_close(&now.command, &then.command) && is_close(&now.notes, &then.notes);
                 assert!(is_same && now.state == then.state, "bless if that is meant: {now:?}\n{then:?}");
             }
         }
     }
+}
+
+/// The planner that drove a drive, by its head.
+fn planner_of(drive: &Drive, planner: &str) -> LocalChoice {
+    let changes: Vec<String> = serde_json::from_value(drive.head["changes"].clone()).unwrap();
+    let changes: Vec<&str> = changes.iter().map(String::as_str).collect();
+    let experiment = experiment(drive.head["scenario"].as_str().unwrap(), &changes);
+    of_stack(&experiment, drive.head["stack"].as_str().unwrap(), planner).0.local
+}
+
+fn is_close(a: &[f64], b: &[f64]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12)
 }
 
 /// A row of `PLANNER_second.csv`; a column that the planner has not is empty.
@@ -368,6 +376,8 @@ struct Second {
     cap_mps: Option<f64>,
     v: Option<f64>,
     omega: Option<f64>,
+    /// By how much the best score exceeds the second best, as a share.
+    margin: Option<f64>,
 }
 
 impl Second {
@@ -394,9 +404,9 @@ fn the_second_implementations_decide_the_same() {
         assert!(origin.ends_with(&digest), "{origin}, but it is {digest}: run python3 tests/oracles/{oracle}");
 
         let mut rows = csv::Reader::from_reader(second.as_bytes()).into_deserialize::<Second>().map(|row| row.unwrap());
-        let mut mirrored = 0;
+        let mut otherwise = 0;
         let mut in_state = std::collections::BTreeMap::<String, u32>::new();
-        for (number, drive) in drives(planner).iter().enumerate() {
+        for (number, drive) in drives(planner, "drives").iter().enumerate() {
             for tick in &drive.ticks {
                 let row = rows.next().unwrap();
                 assert_eq!((row.drive, row.tick), (number, tick.tick));
@@ -407,8 +417,10 @@ fn the_second_implementations_decide_the_same() {
                     let is_same = is_near(v, tick.command[0]) && is_near(omega, tick.command[1]);
                     // A robot in the middle of a lane has two best ways that mirror each other: rounding decides.
                     let is_mirrored = is_near(v, tick.command[0]) && is_near(omega, -tick.command[1]);
-                    assert!(is_same || is_mirrored, "{planner}, drive {number}, {tick:?}\n{row:?}");
-                    mirrored += u32::from(!is_same);
+                    // The poses of rollouts are rounded by about 10 µm, which moves a score by up to about 4e-6.
+                    let is_tie = row.margin.is_some_and(|margin| margin < 1e-6);
+                    assert!(is_same || is_mirrored || is_tie, "{planner}, drive {number}, {tick:?}\n{row:?}");
+                    otherwise += u32::from(!is_same);
                 } else {
                     // The command on the way is the path tracker's, which the paper does not name.
                     assert_eq!((planner, &*tick.state), ("pdwa", "follow"));
@@ -417,9 +429,33 @@ fn the_second_implementations_decide_the_same() {
             }
         }
         assert!(rows.next().is_none());
-        assert!(mirrored <= 2, "{planner}: {mirrored}");
+        assert!(otherwise <= 2, "{planner}: {otherwise}");
         for &(state, least) in least {
             assert!(in_state.get(state).is_some_and(|&ticks| ticks >= least), "{planner}: {in_state:?}");
         }
+    }
+}
+
+/// Made-up ticks on bent paths among movers of several sizes, answered by the second implementations: rules that the drives hardly try.
+#[test]
+fn made_up_situations_are_decided_as_the_second_implementations_do() {
+    for (planner, states) in
+        [("barr_dwa", &["track", "recover"][..]), ("follow_dwa", &["track", "brake", "follow", "recover"])]
+    {
+        let mut in_state = std::collections::BTreeMap::<String, u32>::new();
+        let mut otherwise = 0;
+        for (number, drive) in drives(planner, "situations").iter().enumerate() {
+            for (ours, theirs) in answers(&planner_of(drive, planner), drive).iter().zip(&drive.ticks) {
+                let is_noted = ours.notes.iter().zip(&theirs.notes).all(|(&a, &b)| is_near(a, b));
+                assert!(ours.state == theirs.state && is_noted, "{planner}, drive {number}, {ours:?}\n{theirs:?}");
+                otherwise += u32::from(!ours.command.iter().zip(&theirs.command).all(|(&a, &b)| is_near(a, b)));
+                *in_state.entry(ours.state.clone()).or_default() += 1;
+            }
+        }
+        assert!(otherwise <= 4, "{planner}: {otherwise}");
+        assert!(
+            states.iter().all(|state| in_state.get(*state).is_some_and(|&ticks| ticks >= 100)),
+            "{planner}: {in_state:?}"
+        );
     }
 }

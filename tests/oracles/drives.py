@@ -226,7 +226,7 @@ def compare(name, make, columns):
     for _, _, ticks in drives:
         for number, line, answer in ticks:
             v, omega = map(float, answer.command)
-            row = {"drive": number, "tick": line["tick"], "state": answer.state, "v": v, "omega": omega, "cap_mps": answer.cap_mps}
+            row = {"drive": number, "tick": line["tick"], "state": answer.state, "v": v, "omega": omega, "cap_mps": answer.cap_mps, "margin": answer.margin}
             lines.append({key: row[key] for key in columns})
     decisions.write(decisions.DATA / f"{name}_second.csv", path.name, content, columns, lines)
     show(drives)

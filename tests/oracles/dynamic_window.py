@@ -166,11 +166,11 @@ def admissible(problem, twist, clearance):
     """No contact over the horizon, and V_a with the modulus of ω."""
     if clearance <= 0.0:
         return False
-    if problem.sampling.va_distance == "arc":
-        # Arc length to the first contact: there is none.
-        return True
     v, omega = twist
-    robot = problem.robot
+    robot, sampling = problem.robot, problem.sampling
+    if sampling.va_distance == "arc":
+        # No contact is known: all of the arc that was looked at, v T, is free. No yaw rate is bounded.
+        return abs(v) <= 2.0 * robot.deceleration_mps2 * sampling.steps * sampling.tick_s
     return v * v <= 2.0 * clearance * robot.deceleration_mps2 and omega * omega <= 2.0 * clearance * robot.yaw_acceleration_radps2
 
 

@@ -19,7 +19,7 @@ import dynamic_window as core
 import hu2024_paper as paper
 from recovery import recovery
 
-COLUMNS = ["drive", "tick", "state", "v", "omega", "cap_mps"]
+COLUMNS = ["drive", "tick", "state", "v", "omega", "cap_mps", "margin"]
 WEIGHTS = ["heading_weight", "distance_weight", "movers_weight", "velocity_weight", "path_weight"]
 RULES = [field.name for field in fields(paper.Rules)]
 

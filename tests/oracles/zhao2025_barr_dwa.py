@@ -18,7 +18,7 @@ import dynamic_window as core
 import zhao2025_paper as paper
 from recovery import recovery
 
-COLUMNS = ["drive", "tick", "state", "v", "omega"]
+COLUMNS = ["drive", "tick", "state", "v", "omega", "margin"]
 WORDS = {
     "barr": ["sum", "relative", "target"],
     "barr_when": ["acute", "always"],
