@@ -174,7 +174,7 @@ mod tests {
         assert!(close(of(&curve([v(0.0, 0.0), v(4.0, 0.0), v(4.0, 3.0), v(0.0, 3.0)])), 180.0));
         let s_shape = of(&curve([v(0.0, 0.0), v(3.0, 0.0), v(3.0, 6.0), v(6.0, 6.0)]));
         // Its steepest direction is that in the middle: derivative 3 (P3 + P2 − P1 − P0) / 4 = (4.5, 9).
-        assert!((s_shape - 2.0 * 2f64.atan().to_degrees()).abs() < 0.1, "{s_shape}");
+        assert!((s_shape - 2.0 * math::atan(2.0).to_degrees()).abs() < 0.1, "{s_shape}");
     }
 
     #[test]

@@ -251,7 +251,7 @@ impl Stack {
             None
         } else {
             let requested = self.drive.wanted.take();
-            let wanted = || self.wants_new_path(situation).map(Begin::from_m);
+            let wanted = || self.wants_new_path(situation).map(Begin::along_m);
             match requested.or_else(wanted) {
                 Some(from_m) if self.global.is_some() => from_m,
                 _ => return Ok(()),

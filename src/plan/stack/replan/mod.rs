@@ -43,7 +43,7 @@ pub enum Begin {
 
 impl Begin {
     /// The arc length; `None` for the robot.
-    pub(super) fn from_m(self) -> Option<f64> {
+    pub(super) fn along_m(self) -> Option<f64> {
         match self {
             Self::Robot => None,
             Self::OnPath { from_m } => Some(from_m),
