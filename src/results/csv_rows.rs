@@ -443,7 +443,7 @@ pub(super) mod tests {
         assert_eq!(
             line,
             "warehouse,3,a_star+dwa,a_star,,dwa,12,7,collision,,0,dynamic,1,12,0.30000000000000004,,0,,,,,,0,,,,,,,,,,421,\
-             ,,,,,,,,,,,,,,,,,,,,,,00000000000000ab,,\"[1, 2]\""
+             ,,,,,,,,,,,,,,,,,,,,,,,,00000000000000ab,,\"[1, 2]\""
         );
     }
 
@@ -452,7 +452,7 @@ pub(super) mod tests {
         // Written by the version before the columns were added.
         let old = include_bytes!("../../tests/data/episodes_header_1.csv");
         let mut reader = Reader::new(&old[..]).unwrap();
-        assert_eq!((reader.missing().len(), reader.missing()[0]), (14, "clearance_movers_min_m"));
+        assert_eq!((reader.missing().len(), reader.missing()[0]), (16, "clearance_movers_min_m"));
         let rows: Vec<Row> = reader.by_ref().map(Result::unwrap).collect();
         let lines: Vec<&str> = std::str::from_utf8(old).unwrap().lines().collect();
         assert_eq!(rows.len(), lines.len() - 1);
@@ -502,7 +502,7 @@ pub(super) mod tests {
             ("timeout,,0,", "timeout,,0,dynamic", "line 2: `collided_with`: expected ``, found `dynamic`"),
             ("timeout,,0,,,", "timeout,,0,,,NaN", "line 2: `time_s`: expected a finite number, found `NaN`"),
             ("\n,0,", "\n,-1,", "line 2: `point`: expected a whole number, found `-1`"),
-            ("\n,0,", "\n\n,0,", "line 2: expected 57 fields, found 1"),
+            ("\n,0,", "\n\n,0,", "line 2: expected 59 fields, found 1"),
             ("timeout,,0", "timeout,\"a,0", "line 2: a quote is not closed"),
             ("timeout,,0", "timeout,\"a\"b,0", "line 2: text follows a closing quote"),
             ("time_s", "time", "line 1: expected the column `time_s`, found `time`"),

@@ -15,6 +15,9 @@ const OF_THE_WORLD: [&str; 8] = ["map", "robot", "obstacles", "start", "goal", "
 /// Keys that give values to other keys.
 const OF_OTHER_KEYS: [&str; 1] = ["sweep"];
 
+/// Settings that are refused unless another one has a value that is not its default.
+const NEED_ANOTHER: [&str; 1] = ["stacks.local.barr_dwa.barr_mode"];
+
 /// Expected to move the world until start and goal are drawn on a floor that no planner's setting shapes; must be empty then.
 const EXPECTED_TO_MOVE: [&str; 0] = [];
 
@@ -224,7 +227,8 @@ fn no_setting_moves_the_world_but_those_of_the_world() {
             }
         }
     }
-    let never_set: Vec<&String> = never_set.difference(&set).collect();
+    let is_free = |key: &&String| !NEED_ANOTHER.contains(&key.as_str());
+    let never_set: Vec<&String> = never_set.difference(&set).filter(is_free).collect();
     assert!(never_set.is_empty(), "no valid other value was found for {never_set:#?}");
     assert_eq!(
         moved,

@@ -434,8 +434,8 @@ mod tests {
             let lowest_m = drive.poses.iter().map(|pose| pose.position.y).fold(20.0, math::min);
             (drive.arrived && drive.clearance_m > 0.0, lowest_m)
         };
-        let (plain, strong) = (drive(Params::default(), 0.0), drive(Params::default(), 4.0));
-        assert!(plain.0 && strong.0 && strong.1 < plain.1 - 0.3, "{plain:?} {strong:?}");
+        let (plain, strong) = (drive(Params::default(), 0.0), drive(Params::default(), 1.0));
+        assert!(plain.0 && strong.0 && strong.1 < plain.1 - 0.05, "{plain:?} {strong:?}");
         // As printed the mover stands where it is but for barr, and 0.4 outweighs the 0.07 of the heading: the robot drives down to the edge
         // of the map, 19 m away from its way, and is still there after a minute.
         let (plain, weighted) = (drive(printed(), 0.0), drive(printed(), 0.4));

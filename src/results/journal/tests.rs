@@ -343,7 +343,7 @@ fn rows_that_this_run_would_not_write_are_refused_by_line() {
         (without(3), "line 4: expected point 0, episode 1, stack `a`, found point 0, episode 1, stack `b,c`"),
         (text.clone() + lines[6] + "\n", "line 8: a row beyond the last sweep point"),
         (text.replace(",7,", ",8,"), "line 2: expected the seed 7, found 8"),
-        (text.replace("s,1,a,", "s,1,a,,"), "line 6: expected 58 fields, found 59"),
+        (text.replace("s,1,a,", "s,1,a,,"), "line 6: expected 60 fields, found 61"),
         (text.replacen("robot.radius_m", "robot.mass_kg", 1), "line 1: expected the swept keys"),
     ] {
         std::fs::write(&path, edited).unwrap();
