@@ -1,5 +1,6 @@
 //! Errors of maps.
 
+use crate::files::FileError;
 use std::path::{Path, PathBuf};
 
 /// Reason why a map cannot be made. Each message says what was found, what was expected and what to do.
@@ -8,8 +9,8 @@ pub enum MapError {
     /// A file could not be read.
     #[error("cannot read the map: {source}")]
     Read {
-        /// The system's error.
-        source: std::io::Error,
+        /// What is wrong with it.
+        source: FileError,
     },
     /// A text does not follow its format.
     #[error("line {line}, column {column}: found {found}, expected {expected}; {advice}")]

@@ -7,7 +7,8 @@
 //! | `.png`, `.pgm` | a grey image, read as ROS does without a header | no | no | read |
 //! | `.txt` | a drawing as in scenarios ([`ascii`](super::formats::ascii)) | no | no | no |
 
-use super::{Frame, MapError, MapSpec, OccupancyGrid};
+use super::{Frame, MapError, MapSpec, OccupancyGrid, SIDE_MAX};
+use crate::files;
 use crate::settings::quantity::Positive;
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use schemars::JsonSchema;
@@ -101,6 +102,9 @@ pub(super) fn save(file: &Path, bytes: &[u8]) -> Result<PathBuf, MapError> {
     }
 }
 
+/// Largest number of bytes of an image: one of the largest size, four channels of 16 bits.
+pub(super) const IMAGE_BYTES_MAX: u64 = (SIDE_MAX * SIDE_MAX * 8) as u64;
+
 /// A colour picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
@@ -116,8 +120,8 @@ pub struct Picture {
 /// [`MapError::File`] if the file cannot be read or is no PNG of at most 16384 pixels a side.
 pub fn read_picture(file: &Path) -> Result<Picture, MapError> {
     let refuse = |message: String| MapError::Header { line: 1, column: 1, message }.of(file);
-    let bytes = std::fs::read(file).map_err(|source| MapError::Read { source }.of(file))?;
-    let mut reader = image::ImageReader::with_format(std::io::Cursor::new(bytes), image::ImageFormat::Png);
+    let opened = files::open(file, IMAGE_BYTES_MAX).map_err(|source| MapError::Read { source }.of(file))?;
+    let mut reader = image::ImageReader::with_format(std::io::BufReader::new(opened), image::ImageFormat::Png);
     let mut limits = image::Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(16_384), Some(16_384));
     reader.limits(limits);

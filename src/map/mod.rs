@@ -30,6 +30,10 @@ use std::path::Path;
 /// Largest number of cells along one side of a map; checked before anything is allocated.
 pub const SIDE_MAX: usize = 16_384;
 
+/// Largest number of bytes of a file that draws a map with characters: the largest map with two characters for the end of a line, and
+/// room for a header.
+pub(crate) const DRAWING_BYTES_MAX: u64 = (SIDE_MAX * (SIDE_MAX + 2) + 1024) as u64;
+
 registry! {
     /// The known map of a scenario (scenario key `map`): drawn in place, read from a file, or generated.
     pub enum MapSpec: "map", Entry, dyn MapKind {

@@ -5,6 +5,7 @@
 
 use super::Cell;
 use super::formats::movingai;
+use crate::files;
 use std::path::Path;
 
 /// A start, a goal and the length of the shortest way, if known.
@@ -22,12 +23,15 @@ pub struct Query {
     pub line: usize,
 }
 
+/// Largest number of bytes of a file of queries: some millions of them.
+const BYTES_MAX: u64 = 1 << 28;
+
 /// Reads a file of queries: a `.scen` of the MovingAI benchmarks, or any other as a table ([`parse_table`]).
 ///
 /// # Errors
 /// The first fault, with its line.
 pub fn read(file: &Path) -> Result<Vec<Query>, String> {
-    let text = std::fs::read_to_string(file).map_err(|error| format!("cannot read `{}`: {error}", file.display()))?;
+    let text = files::text(file, BYTES_MAX).map_err(|error| format!("cannot read `{}`: {error}", file.display()))?;
     let is_scen = file.extension().is_some_and(|extension| extension == "scen");
     let queries = if is_scen { parse_scen(&text) } else { parse_table(&text) };
     queries.map_err(|message| format!("{}: {message}", file.display()))

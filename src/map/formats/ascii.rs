@@ -9,10 +9,11 @@
 //!       ......
 //! ```
 
+use crate::files;
 use crate::geometry::Pose;
 use crate::map::file::{FileFormat, Loaded, Unknown, save};
 use crate::map::kind::one_metre;
-use crate::map::{Entry, Frame, MapError, MapKind, OccupancyGrid, SIDE_MAX};
+use crate::map::{DRAWING_BYTES_MAX, Entry, Frame, MapError, MapKind, OccupancyGrid, SIDE_MAX};
 use crate::rng::EpisodeSeed;
 use crate::settings::quantity::{Finite, Positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -154,7 +155,7 @@ impl MapKind for Params {
 
 /// Reads a file that holds a drawing and nothing else.
 fn read_file(file: &Path, resolution_m: Positive, _: Unknown) -> Result<Loaded, MapError> {
-    let text = std::fs::read_to_string(file).map_err(|source| MapError::Read { source }.of(file))?;
+    let text = files::text(file, DRAWING_BYTES_MAX).map_err(|source| MapError::Read { source }.of(file))?;
     let rows = Drawing::new(text.lines().map(str::to_owned).collect()).map_err(|error| error.of(file))?;
     Ok(Loaded { grid: rows.grid(resolution_m), unknown: 0 })
 }

@@ -9,15 +9,14 @@
 //! N. R. Sturtevant, *Benchmarks for Grid-Based Pathfinding*, IEEE Transactions on Computational
 //! Intelligence and AI in Games 4(2), 2012.
 
+use crate::files;
 use crate::map::file::{FileFormat, Loaded, Unknown, save};
 use crate::map::kind::one_metre;
-use crate::map::{Cell, Entry, MapError, MapKind, OccupancyGrid, SIDE_MAX};
+use crate::map::{Cell, DRAWING_BYTES_MAX, Entry, MapError, MapKind, OccupancyGrid, SIDE_MAX};
 use crate::rng::EpisodeSeed;
 use crate::settings::quantity::Positive;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -45,9 +44,6 @@ pub struct Params {
     pub resolution_m: Positive,
 }
 
-/// Largest number of bytes read from a file: the largest map with CRLF, and room for the header.
-const FILE_BYTES_MAX: u64 = (SIDE_MAX * (SIDE_MAX + 2) + 1024) as u64;
-
 impl MapKind for Params {
     fn load(&self, folder: &Path, _seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
         read_file(&folder.join(&self.file), self.resolution_m, Unknown::default()).map(|loaded| loaded.grid)
@@ -60,10 +56,7 @@ impl MapKind for Params {
 
 /// Reads a `.map`; the format knows no unknown cells.
 fn read_file(file: &Path, resolution_m: Positive, _: Unknown) -> Result<Loaded, MapError> {
-    let mut text = String::new();
-    File::open(file)
-        .and_then(|opened| opened.take(FILE_BYTES_MAX).read_to_string(&mut text))
-        .map_err(|source| MapError::Read { source }.of(file))?;
+    let text = files::text(file, DRAWING_BYTES_MAX).map_err(|source| MapError::Read { source }.of(file))?;
     let grid = parse(&text).map_err(|error| error.of(file))?;
     Ok(Loaded { grid: grid.with_resolution(resolution_m.get()), unknown: 0 })
 }

@@ -36,6 +36,7 @@ mod writer;
 
 pub use writer::write;
 
+use crate::files;
 use crate::map::file::{FileFormat, Loaded, Unknown, save};
 use crate::map::{Entry, Frame, MapError, MapKind, OccupancyGrid};
 use crate::rng::EpisodeSeed;
@@ -44,8 +45,6 @@ use header::Header;
 use pixels::decode;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Registry entry.
@@ -136,10 +135,7 @@ impl RosMap {
     /// # Errors
     /// [`MapError::File`] if the header or the image cannot be read or do not follow their formats.
     pub fn load(file: &Path) -> Result<Self, MapError> {
-        let mut text = String::new();
-        File::open(file)
-            .and_then(|opened| opened.take(HEADER_BYTES_MAX).read_to_string(&mut text))
-            .map_err(|source| MapError::Read { source }.of(file))?;
+        let text = files::text(file, HEADER_BYTES_MAX).map_err(|source| MapError::Read { source }.of(file))?;
         let folder = file.parent().unwrap_or(Path::new(""));
         let load = || {
             let header = Header::parse(&text)?;
@@ -187,7 +183,7 @@ impl RosMap {
     }
 }
 
-/// Largest number of bytes read from a header; real ones stay below 1 KiB.
+/// Largest number of bytes of a header; real ones stay below 1 KiB.
 const HEADER_BYTES_MAX: u64 = 1 << 16;
 
 #[cfg(test)]

@@ -2,9 +2,12 @@
 
 use super::header::{Header, Mode};
 use super::{FREE, OCCUPIED, RosMap, UNKNOWN};
+use crate::files;
 use crate::geometry::Pose;
+use crate::map::file::IMAGE_BYTES_MAX;
 use crate::map::{Frame, MapError, SIDE_MAX};
 use image::{DynamicImage, ImageBuffer, ImageFormat, ImageReader, Limits, Pixel};
+use std::io::BufReader;
 use std::path::Path;
 
 impl Header {
@@ -81,7 +84,7 @@ pub(super) fn decode(file: &Path) -> Result<DynamicImage, MapError> {
         expected: format!("a PGM or PNG image of at most {SIDE_MAX} x {SIDE_MAX} pixels"),
         advice,
     };
-    let open = || ImageReader::open(file)?.with_guessed_format();
+    let open = || ImageReader::new(BufReader::new(files::open(file, IMAGE_BYTES_MAX)?)).with_guessed_format();
     let mut reader =
         open().map_err(|error| refuse(error.to_string(), "`image` is relative to the folder of the YAML file"))?;
     let format = reader.format();
