@@ -46,7 +46,7 @@ pub enum MapError {
         /// Properties that were expected.
         expected: String,
         /// Advice for mending it.
-        advice: &'static str,
+        advice: String,
     },
     /// Numbers of a map contradict each other.
     #[error("{map} map: found {found}, expected {expected}; {advice}")]
@@ -78,6 +78,12 @@ pub enum MapError {
         /// The system's error.
         source: std::io::Error,
     },
+    /// Files that would be replaced are there.
+    #[error("{} there already", there(files))]
+    Exist {
+        /// The files.
+        files: Vec<PathBuf>,
+    },
     /// A file's extension names no format.
     #[error("the extension names no format of maps, expected {known}")]
     UnknownExtension {
@@ -92,6 +98,12 @@ pub enum MapError {
         /// The error about that file.
         source: Box<MapError>,
     },
+}
+
+/// Files that are there, in words: `a.yaml and a.pgm are`.
+fn there(files: &[PathBuf]) -> String {
+    let names: Vec<String> = files.iter().map(|file| format!("`{}`", file.display())).collect();
+    format!("{} {}", names.join(" and "), if files.len() == 1 { "is" } else { "are" })
 }
 
 impl MapError {

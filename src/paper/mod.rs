@@ -76,11 +76,12 @@ impl Paper {
     /// If no paper has that name (the error lists the known ones), or its files contradict each other.
     pub fn read(folder: &Path, name: &str) -> Result<Self, PaperError> {
         let path = folder.join(format!("{name}.paper.yaml"));
-        let text = files::text(&path, BYTES_MAX).map_err(|source| match (source.is_missing(), known_papers(folder)) {
-            (true, known) if known.is_empty() => PaperError::NoPapers { folder: folder.to_owned() },
-            (true, known) => NameError::unknown("paper", name, &known).into(),
-            _ => PaperError::Read { path: path.clone(), source },
-        })?;
+        let text =
+            files::text(&path, BYTES_MAX).map_err(|source| match (source.is_missing(), known_papers(folder)) {
+                (true, known) if known.is_empty() => PaperError::NoPapers { folder: folder.to_owned() },
+                (true, known) => NameError::unknown("paper", name, &known).into(),
+                _ => PaperError::Read { path: path.clone(), source },
+            })?;
         let refuse = |message: String| PaperError::File { path: path.clone(), message };
         let manifest: Manifest = read_document(&text).map_err(|error| refuse(error.to_string()))?;
         let published = Published::read(&folder.join(&manifest.published))?;

@@ -73,7 +73,8 @@ pub use compare::{Difference, compare};
 pub use csv_rows::{Reader, header_line, write_row};
 pub use identity::{Identity, Launch, Manifest};
 pub use journal::{
-    Block, EPISODES_CSV, Existing, Journal, MANIFEST_BYTES_MAX, MANIFEST_JSON, Opened, STATES_CSV, SUMMARY_CSV, TIMINGS_CSV, WINDOW_BLOCKS,
+    Block, EPISODES_CSV, Existing, Journal, MANIFEST_BYTES_MAX, MANIFEST_JSON, Opened, STATES_CSV, SUMMARY_CSV,
+    TIMINGS_CSV, WINDOW_BLOCKS,
 };
 pub use order::{Order, StackAt};
 pub use row::Row;
