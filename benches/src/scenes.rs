@@ -31,7 +31,7 @@ impl GridScene {
         let occupancy = movingai::parse(&text).map_err(|error| error.to_string())?;
         let grid = PlanningGrid::new(&occupancy, &DistanceField::new(&occupancy), 0.0);
         let name = map.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { name, map: occupancy, grid, queries: queries::read(scen)? })
+        Ok(Self { name, map: occupancy, grid, queries: queries::read(scen)?.list })
     }
 
     /// Every `step`-th query as problems, so that about `count` remain.
@@ -74,7 +74,7 @@ pub fn movingai_grids(settings: &Settings) -> Result<Vec<GridScene>, String> {
         for scen in files.iter().filter(is_of_map) {
             match &mut scene {
                 None => scene = Some(GridScene::read(map, scen)?),
-                Some(scene) => scene.queries.extend(queries::read(scen)?),
+                Some(scene) => scene.queries.extend(queries::read(scen)?.list),
             }
         }
         scenes.extend(scene);

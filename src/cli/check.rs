@@ -56,6 +56,9 @@ fn check(args: &Args, text: &mut String) -> Result<(), Failure> {
                         counted(episodes, "episode")
                     );
                 }
+                for note in experiment.map_notes() {
+                    *text += &format!("  note: {note}\n");
+                }
                 for difference in experiment.differences(0) {
                     *text += &format!("  note: {difference}\n");
                 }

@@ -1,8 +1,9 @@
 //! `simrun map`: what a map file holds, and the same map in another format.
 
 use super::{Failure, Out, print, say};
+use crate::map::MapError;
 use crate::map::connectivity::Components;
-use crate::map::file::{self, FileFormat, Loaded, Unknown};
+use crate::map::file::{self, Draft, FileFormat, Loaded, Unknown};
 use crate::map::from_image::Params;
 use crate::settings::quantity::Positive;
 use std::path::{Path, PathBuf};
@@ -25,11 +26,14 @@ enum Action {
         out: Out,
     },
     /// Write a map in another format; the extensions say which. A .yaml comes with a .pgm beside it.
+    /// Nothing that is there already is replaced without --force.
     Convert {
         #[arg(help = format!("Map file: {}", FileFormat::known()))]
         input: PathBuf,
         #[command(flatten)]
         target: Target,
+        #[command(flatten)]
+        replacing: Replacing,
         #[command(flatten)]
         reading: Reading,
     },
@@ -40,6 +44,8 @@ enum Action {
         input: PathBuf,
         #[command(flatten)]
         target: Target,
+        #[command(flatten)]
+        replacing: Replacing,
         #[command(flatten)]
         knobs: Knobs,
     },
@@ -54,6 +60,27 @@ struct Target {
     /// The same as OUTPUT.
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
+}
+
+/// Whether files may be replaced.
+#[derive(Debug, clap::Args)]
+struct Replacing {
+    /// Replace files that are there already.
+    #[arg(long)]
+    force: bool,
+}
+
+impl Replacing {
+    /// Writes all drafts and prints their names, or refuses and writes none.
+    fn save(&self, drafts: &[Draft]) -> Result<(), Failure> {
+        file::save_all(drafts, self.force).map_err(|error| match error {
+            MapError::Exist { .. } => {
+                Failure::Usage(format!("error: {error}: write elsewhere, or replace with --force"))
+            }
+            other => Failure::Run(format!("error: {other}")),
+        })?;
+        drafts.iter().try_for_each(|draft| print(&format!("{}\n", draft.file.display())))
+    }
 }
 
 impl Target {
@@ -114,10 +141,20 @@ struct Reading {
     unknown: UnknownArg,
 }
 
+/// [`Unknown`] as an option.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum UnknownArg {
+pub(super) enum UnknownArg {
     Occupied,
     Free,
+}
+
+impl From<UnknownArg> for Unknown {
+    fn from(argument: UnknownArg) -> Self {
+        match argument {
+            UnknownArg::Occupied => Self::Occupied,
+            UnknownArg::Free => Self::Free,
+        }
+    }
 }
 
 fn resolution(text: &str) -> Result<Positive, String> {
@@ -127,24 +164,23 @@ fn resolution(text: &str) -> Result<Positive, String> {
 
 impl Reading {
     fn read(&self, file: &Path) -> Result<Loaded, Failure> {
-        let unknown = match self.unknown {
-            UnknownArg::Occupied => Unknown::Occupied,
-            UnknownArg::Free => Unknown::Free,
-        };
-        file::read(file, self.resolution_m, unknown).map_err(|error| Failure::Usage(format!("error: {error}")))
+        let read = file::read(file, self.resolution_m, self.unknown.into());
+        let loaded = read.map_err(|error| Failure::Usage(format!("error: {error}")))?;
+        for note in &loaded.notes {
+            say(&format!("note: {note}"));
+        }
+        Ok(loaded)
     }
 }
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
     match &args.action {
         Action::Info { file, reading, out } => out.write(&info(&reading.read(file)?, reading.unknown)),
-        Action::Convert { input, target, reading } => {
+        Action::Convert { input, target, replacing, reading } => {
             let output = target.file();
             let loaded = reading.read(input)?;
             let format = FileFormat::of(output).map_err(|error| Failure::Usage(format!("error: {error}")))?;
-            for written in file::write(&loaded.grid, output).map_err(|error| Failure::Run(format!("error: {error}")))? {
-                print(&format!("{}\n", written.display()))?;
-            }
+            replacing.save(&(format.write)(&loaded.grid, output))?;
             if loaded.unknown > 0 {
                 let counted = format!("{:?}", reading.unknown).to_lowercase();
                 say(&format!("note: {} unknown cells are written as {counted}", loaded.unknown));
@@ -154,11 +190,11 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             }
             Ok(())
         }
-        Action::FromImage { input, target, knobs } => from_image(input, target.file(), knobs),
+        Action::FromImage { input, target, replacing, knobs } => from_image(input, target.file(), replacing, knobs),
     }
 }
 
-fn from_image(input: &Path, output: &Path, knobs: &Knobs) -> Result<(), Failure> {
+fn from_image(input: &Path, output: &Path, replacing: &Replacing, knobs: &Knobs) -> Result<(), Failure> {
     let usage = |message: String| Failure::Usage(format!("error: {message}"));
     let format = FileFormat::of(output).map_err(|error| usage(error.to_string()))?;
     let picture = file::read_picture(input).map_err(|error| usage(error.to_string()))?;
@@ -172,13 +208,9 @@ fn from_image(input: &Path, output: &Path, knobs: &Knobs) -> Result<(), Failure>
         resolution_m: knobs.resolution_m.get(),
     };
     let grid = params.grid(&picture.pixels, picture.width);
-    let mut written = file::write(&grid, output).map_err(|error| Failure::Run(format!("error: {error}")))?;
-    let preview = output.with_extension("preview.png");
-    file::write_preview(&picture, &grid, &preview).map_err(|error| Failure::Run(format!("error: {error}")))?;
-    written.push(preview);
-    for file in written {
-        print(&format!("{}\n", file.display()))?;
-    }
+    let mut drafts = (format.write)(&grid, output);
+    drafts.push(file::preview(&picture, &grid, &output.with_extension("preview.png")));
+    replacing.save(&drafts)?;
     let share = 100.0 * grid.occupied_count() as f64 / grid.occupied().len() as f64;
     say(&format!("{} x {} cells, {share:.1} % occupied", grid.cols(), grid.rows()));
     if let Some(loss) = file::loss(&grid, format) {
@@ -189,7 +221,7 @@ fn from_image(input: &Path, output: &Path, knobs: &Knobs) -> Result<(), Failure>
 
 /// The facts of a map, one a line. Unknown cells are counted apart and block or not, as they were read.
 fn info(loaded: &Loaded, unknown: UnknownArg) -> String {
-    let Loaded { grid, unknown: unknown_cells } = loaded;
+    let Loaded { grid, unknown: unknown_cells, .. } = loaded;
     let passable: Vec<bool> = grid.occupied().iter().map(|&occupied| !occupied).collect();
     let cells = passable.len();
     let blocked = grid.occupied_count();
@@ -236,7 +268,7 @@ mod tests {
     fn the_facts_of_a_map_are_counted() {
         // 12 cells: 5 occupied of which 2 unknown; free parts of 4 and 3.
         let grid = OccupancyGrid::from_ascii(&["..#.", "..#.", "###."], 0.5);
-        let loaded = Loaded { grid, unknown: 2 };
+        let loaded = Loaded { unknown: 2, ..Loaded::known(grid) };
         assert_eq!(
             info(&loaded, UnknownArg::Occupied),
             "size            4 x 3 cells, 2 x 1.5 m\n\

@@ -75,6 +75,9 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
 }
 
 fn run(args: &Args, experiment: &Experiment) -> Result<(), Failure> {
+    for note in experiment.map_notes().iter().filter(|_| !args.quiet) {
+        say(&format!("note: {note}"));
+    }
     let folder = args.out.clone().unwrap_or_else(|| Path::new("results").join(experiment.scenario().name.as_str()));
     let traces = args.trace.then(|| folder.join("traces"));
     if let Some(traces) = &traces {

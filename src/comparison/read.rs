@@ -1,10 +1,11 @@
 //! Rows of result files, sorted into sections; rows are compared only within a section.
 
-use crate::results::{EPISODES_CSV, Identity, MANIFEST_JSON, Manifest, ReadError, Reader, ResultsError, Row, title};
+use crate::files;
+use crate::results::{
+    EPISODES_CSV, Identity, MANIFEST_BYTES_MAX, MANIFEST_JSON, Manifest, ReadError, Reader, ResultsError, Row, title,
+};
 use crate::scenario;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 /// A table of episodes, sorted into sections.
@@ -136,8 +137,8 @@ pub enum TableError {
 
 /// The identity that the manifest beside a table holds.
 fn identity_beside(table: &Path) -> Option<Identity> {
-    let manifest = std::fs::read(table.with_file_name(MANIFEST_JSON)).ok()?;
-    let manifest: Manifest = serde_json::from_slice(&manifest).ok()?;
+    let manifest = files::text(&table.with_file_name(MANIFEST_JSON), MANIFEST_BYTES_MAX).ok()?;
+    let manifest: Manifest = serde_json::from_str(&manifest).ok()?;
     Some(manifest.identity)
 }
 
@@ -149,9 +150,10 @@ fn identity_beside(table: &Path) -> Option<Identity> {
 pub fn read_table(path: &Path) -> Result<Table, TableError> {
     let path = if path.is_dir() { path.join(EPISODES_CSV) } else { path.to_owned() };
     let shown = path.display();
-    let file = File::open(&path).map_err(ResultsError::io("read", &path))?;
+    // Line ends that another system has turned, and a mark that an editor has put in front, change no row.
+    let file = files::lines(&path, u64::MAX).map_err(ResultsError::io("read", &path))?;
     let place = |source: ReadError| ResultsError::Read { path: path.clone(), source };
-    let mut reader = Reader::new(BufReader::new(file)).map_err(place)?;
+    let mut reader = Reader::new(file).map_err(place)?;
     let (keys, missing) = (reader.swept().to_vec(), reader.missing());
     let mut sections: Vec<Section> = Vec::new();
     while let Some(row) = reader.next() {

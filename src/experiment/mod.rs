@@ -163,6 +163,11 @@ impl Experiment {
         Self::new(scenario, points, file.folder())
     }
 
+    /// What the file of the scenario's map says that was not used, or should be looked at, in words.
+    pub fn map_notes(&self) -> Vec<String> {
+        self.scenario.map.notes(&self.base_dir)
+    }
+
     /// The scenario that runs, its sweep included.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario

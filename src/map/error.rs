@@ -1,5 +1,6 @@
 //! Errors of maps.
 
+use crate::files::FileError;
 use std::path::{Path, PathBuf};
 
 /// Reason why a map cannot be made. Each message says what was found, what was expected and what to do.
@@ -8,8 +9,8 @@ pub enum MapError {
     /// A file could not be read.
     #[error("cannot read the map: {source}")]
     Read {
-        /// The system's error.
-        source: std::io::Error,
+        /// What is wrong with it.
+        source: FileError,
     },
     /// A text does not follow its format.
     #[error("line {line}, column {column}: found {found}, expected {expected}; {advice}")]
@@ -45,7 +46,7 @@ pub enum MapError {
         /// Properties that were expected.
         expected: String,
         /// Advice for mending it.
-        advice: &'static str,
+        advice: String,
     },
     /// Numbers of a map contradict each other.
     #[error("{map} map: found {found}, expected {expected}; {advice}")]
@@ -77,6 +78,12 @@ pub enum MapError {
         /// The system's error.
         source: std::io::Error,
     },
+    /// Files that would be replaced are there.
+    #[error("{} there already", there(files))]
+    Exist {
+        /// The files.
+        files: Vec<PathBuf>,
+    },
     /// A file's extension names no format.
     #[error("the extension names no format of maps, expected {known}")]
     UnknownExtension {
@@ -91,6 +98,12 @@ pub enum MapError {
         /// The error about that file.
         source: Box<MapError>,
     },
+}
+
+/// Files that are there, in words: `a.yaml and a.pgm are`.
+fn there(files: &[PathBuf]) -> String {
+    let names: Vec<String> = files.iter().map(|file| format!("`{}`", file.display())).collect();
+    format!("{} {}", names.join(" and "), if files.len() == 1 { "is" } else { "are" })
 }
 
 impl MapError {

@@ -4,14 +4,17 @@
 //! |---|---|---|---|---|
 //! | `.map` | MovingAI ([`movingai`](super::formats::movingai)) | no | no | no |
 //! | `.yaml`, `.yml` | ROS map_server with its image ([`ros`](super::formats::ros)) | yes | yes | read |
-//! | `.png`, `.pgm` | a grey image, read as ROS does without a header | no | no | read |
+//! | `.png`, `.pgm` | a grey image, read as ROS does; the grey 205 of map savers is unknown | no | no | read |
 //! | `.txt` | a drawing as in scenarios ([`ascii`](super::formats::ascii)) | no | no | no |
 
-use super::{Frame, MapError, MapSpec, OccupancyGrid};
+use super::{Cell, Frame, MapError, MapSpec, OccupancyGrid, SIDE_MAX, check_resolution};
+use crate::files;
 use crate::settings::quantity::Positive;
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// A format of map files; the entries of the registry of maps hold them.
@@ -25,8 +28,8 @@ pub struct FileFormat {
     pub has_frame: bool,
     /// Reads a file; the resolution is used if the file gives none.
     pub read: fn(&Path, Positive, Unknown) -> Result<Loaded, MapError>,
-    /// Writes a file and its companions, such as an image; returns the files written.
-    pub write: fn(&OccupancyGrid, &Path) -> Result<Vec<PathBuf>, MapError>,
+    /// The file of a map and its companions, such as an image, to be written in reverse order: the last names no other.
+    pub write: fn(&OccupancyGrid, &Path) -> Vec<Draft>,
 }
 
 impl FileFormat {
@@ -75,6 +78,41 @@ pub struct Loaded {
     pub grid: OccupancyGrid,
     /// Number of unknown cells.
     pub unknown: usize,
+    /// Whether each cell is unknown, in the order of the grid; empty if none is.
+    pub unknown_cells: Vec<bool>,
+    /// What the file says that was not used, or should be looked at, in words.
+    pub notes: Vec<String>,
+}
+
+impl Loaded {
+    /// A map all of whose cells are known, of which there is nothing to say.
+    pub fn known(grid: OccupancyGrid) -> Self {
+        Self { grid, unknown: 0, unknown_cells: Vec::new(), notes: Vec::new() }
+    }
+
+    /// Whether a cell of the grid is unknown.
+    pub fn is_unknown(&self, cell: Cell) -> bool {
+        self.unknown_cells.get(self.grid.index(cell)).is_some_and(|&unknown| unknown)
+    }
+}
+
+/// A file to be written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Draft {
+    /// Its name.
+    pub file: PathBuf,
+    /// What it will hold.
+    pub bytes: Vec<u8>,
+}
+
+impl Draft {
+    /// Writes the file. What is there already is replaced only if `replace` says so.
+    fn save(&self, replace: bool) -> Result<(), MapError> {
+        let mut options = File::options();
+        options.write(true).truncate(replace).create(replace).create_new(!replace);
+        let write = || options.open(&self.file)?.write_all(&self.bytes);
+        write().map_err(|source| MapError::Write { source }.of(&self.file))
+    }
 }
 
 /// Reads a map file. `resolution_m` is used if the file gives no resolution.
@@ -82,24 +120,45 @@ pub struct Loaded {
 /// # Errors
 /// [`MapError::File`] if the extension is unknown, or the file cannot be read or does not follow its format.
 pub fn read(file: &Path, resolution_m: Positive, unknown: Unknown) -> Result<Loaded, MapError> {
-    (FileFormat::of(file)?.read)(file, resolution_m, unknown)
+    let loaded = (FileFormat::of(file)?.read)(file, resolution_m, unknown)?;
+    check_resolution(&loaded.grid).map_err(|error| error.of(file))?;
+    Ok(loaded)
 }
 
-/// Writes a map file, a `.yaml` together with a `.pgm` of the same name; returns the files written.
+/// Drafts of a map file and of its companions: a `.yaml` comes with a `.pgm` of the same name.
+///
+/// # Errors
+/// [`MapError::File`] if the extension is unknown.
+pub fn drafts(grid: &OccupancyGrid, file: &Path) -> Result<Vec<Draft>, MapError> {
+    Ok((FileFormat::of(file)?.write)(grid, file))
+}
+
+/// Writes drafts, all or, if one of the files is there already and `replace` is not set, none.
+///
+/// # Errors
+/// [`MapError::Exist`] with the files that are there; [`MapError::File`] if a file cannot be written.
+pub fn save_all(drafts: &[Draft], replace: bool) -> Result<(), MapError> {
+    let there = || drafts.iter().map(|draft| draft.file.clone()).filter(|file| file.symlink_metadata().is_ok());
+    let files: Vec<PathBuf> = if replace { Vec::new() } else { there().collect() };
+    if !files.is_empty() {
+        return Err(MapError::Exist { files });
+    }
+    // A header comes last: it never names an image that is not there.
+    drafts.iter().rev().try_for_each(|draft| draft.save(replace))
+}
+
+/// Writes a map file and its companions, over files that are there; returns the files written.
 ///
 /// # Errors
 /// [`MapError::File`] if the extension is unknown or a file cannot be written.
 pub fn write(grid: &OccupancyGrid, file: &Path) -> Result<Vec<PathBuf>, MapError> {
-    (FileFormat::of(file)?.write)(grid, file)
+    let drafts = drafts(grid, file)?;
+    save_all(&drafts, true)?;
+    Ok(drafts.into_iter().map(|draft| draft.file).collect())
 }
 
-/// Writes the bytes of a map file.
-pub(super) fn save(file: &Path, bytes: &[u8]) -> Result<PathBuf, MapError> {
-    match std::fs::write(file, bytes) {
-        Ok(()) => Ok(file.into()),
-        Err(source) => Err(MapError::Write { source }.of(file)),
-    }
-}
+/// Largest number of bytes of an image: one of the largest size, four channels of 16 bits.
+pub(super) const IMAGE_BYTES_MAX: u64 = (SIDE_MAX * SIDE_MAX * 8) as u64;
 
 /// A colour picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,8 +175,8 @@ pub struct Picture {
 /// [`MapError::File`] if the file cannot be read or is no PNG of at most 16384 pixels a side.
 pub fn read_picture(file: &Path) -> Result<Picture, MapError> {
     let refuse = |message: String| MapError::Header { line: 1, column: 1, message }.of(file);
-    let bytes = std::fs::read(file).map_err(|source| MapError::Read { source }.of(file))?;
-    let mut reader = image::ImageReader::with_format(std::io::Cursor::new(bytes), image::ImageFormat::Png);
+    let opened = files::open(file, IMAGE_BYTES_MAX).map_err(|source| MapError::Read { source }.of(file))?;
+    let mut reader = image::ImageReader::with_format(std::io::BufReader::new(opened), image::ImageFormat::Png);
     let mut limits = image::Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(16_384), Some(16_384));
     reader.limits(limits);
@@ -130,11 +189,8 @@ pub fn read_picture(file: &Path) -> Result<Picture, MapError> {
     Ok(Picture { pixels, width: picture.width() as usize })
 }
 
-/// Writes a picture with the map made from it: occupied cells in magenta over the fading picture, a PNG of the picture's size.
-///
-/// # Errors
-/// [`MapError::File`] if the file cannot be written.
-pub fn write_preview(picture: &Picture, grid: &OccupancyGrid, file: &Path) -> Result<(), MapError> {
+/// A picture with the map made from it: occupied cells in magenta over the fading picture, a PNG of the picture's size.
+pub fn preview(picture: &Picture, grid: &OccupancyGrid, file: &Path) -> Draft {
     let (width, height) = (picture.width, picture.pixels.len() / picture.width);
     let (cols, rows) = (grid.cols() as usize, grid.rows() as usize);
     let colour = |index: usize| {
@@ -147,7 +203,7 @@ pub fn write_preview(picture: &Picture, grid: &OccupancyGrid, file: &Path) -> Re
     PngEncoder::new(&mut png)
         .write_image(&bytes, width as u32, height as u32, ExtendedColorType::Rgb8)
         .expect("memory takes an image whose bytes match its size");
-    save(file, &png).map(|_| ())
+    Draft { file: file.into(), bytes: png }
 }
 
 /// The parts of a grid that a format cannot hold, in words; `None` if it holds all.
@@ -195,7 +251,7 @@ mod tests {
                 let file = folder.path().join(name);
                 let written = write(&grid, &file).expect("written");
                 assert!(written[0] == file && written.iter().all(|file| file.exists()));
-                assert_eq!(read_plain(&file).expect("read"), Loaded { grid: grid.clone(), unknown: 0 }, "{name}");
+                assert_eq!(read_plain(&file).expect("read"), Loaded::known(grid.clone()), "{name}");
             }
         }
     }

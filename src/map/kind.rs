@@ -18,6 +18,11 @@ pub trait MapKind {
 
     /// Whether every episode gets the same grid.
     fn is_fixed(&self) -> bool;
+
+    /// What the map's file says that was not used, or should be looked at, in words; none if it cannot be read.
+    fn notes(&self, _folder: &Path) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// A kind of map that is drawn from a seed.

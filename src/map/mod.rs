@@ -30,6 +30,27 @@ use std::path::Path;
 /// Largest number of cells along one side of a map; checked before anything is allocated.
 pub const SIDE_MAX: usize = 16_384;
 
+/// Largest number of bytes of a file that draws a map with characters: the largest map with two characters for the end of a line, and
+/// room for a header.
+pub(crate) const DRAWING_BYTES_MAX: u64 = (SIDE_MAX * (SIDE_MAX + 2) + 1024) as u64;
+
+/// Sides of a cell that maps may have, m: beyond them distances in cells leave the range of whole numbers, and no robot drives there.
+const RESOLUTION_M: core::ops::RangeInclusive<f64> = 1e-4..=1e4;
+
+/// Refuses a map whose cells are too small or too large to be meant.
+fn check_resolution(grid: &OccupancyGrid) -> Result<(), MapError> {
+    let side_m = grid.resolution_m();
+    if RESOLUTION_M.contains(&side_m) {
+        return Ok(());
+    }
+    Err(MapError::Contradiction {
+        map: "any",
+        found: format!("cells of {side_m} m"),
+        expected: format!("{} to {} m", RESOLUTION_M.start(), RESOLUTION_M.end()),
+        advice: "the resolution is the side of a cell in metres",
+    })
+}
+
 registry! {
     /// The known map of a scenario (scenario key `map`): drawn in place, read from a file, or generated.
     pub enum MapSpec: "map", Entry, dyn MapKind {
@@ -48,7 +69,14 @@ impl MapSpec {
     /// [`MapError::Contradiction`] for sizes that do not fit together, and
     /// [`MapError::Infeasible`] if no acceptable map was drawn: only this one depends on the seed.
     pub fn load(&self, folder: &Path, seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
-        self.kind().load(folder, seed)
+        let grid = self.kind().load(folder, seed)?;
+        check_resolution(&grid)?;
+        Ok(grid)
+    }
+
+    /// What the map's file says that was not used, or should be looked at, in words; none if it cannot be read.
+    pub fn notes(&self, folder: &Path) -> Vec<String> {
+        self.kind().notes(folder)
     }
 
     /// Whether every episode gets the same grid, so that it may be loaded once and shared.

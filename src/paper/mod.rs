@@ -18,10 +18,10 @@ pub use published::{Measured, Published, Quantity, measured};
 pub use report::{published_csv, report, verdicts_csv};
 pub use test::{Ruling, Verdict};
 
+use crate::files::{self, FileError};
 use crate::scenario::{Edit, ScenarioError, ScenarioFile, read_document};
 use crate::settings::choice::NameError;
 use crate::settings::quantity::Count;
-use std::io;
 use std::path::{Path, PathBuf};
 
 /// Reason why a paper cannot be put to the test.
@@ -41,8 +41,8 @@ pub enum PaperError {
     Read {
         /// The file.
         path: PathBuf,
-        /// The system's error.
-        source: io::Error,
+        /// What is wrong with it.
+        source: FileError,
     },
     /// A file of the paper is wrong in itself, or does not fit the others.
     #[error("{}: {message}", path.display())]
@@ -53,6 +53,9 @@ pub enum PaperError {
         message: String,
     },
 }
+
+/// Largest number of bytes of a manifest, and of a file of published numbers.
+const BYTES_MAX: u64 = 1 << 22;
 
 /// A paper, read.
 #[derive(Clone, Debug)]
@@ -82,11 +85,12 @@ impl Paper {
     /// If no paper has that name (the error lists the known ones), or its files contradict each other.
     pub fn read(folder: &Path, name: &str) -> Result<Self, PaperError> {
         let path = folder.join(format!("{name}.paper.yaml"));
-        let text = std::fs::read_to_string(&path).map_err(|source| match (source.kind(), known_papers(folder)) {
-            (io::ErrorKind::NotFound, known) if known.is_empty() => PaperError::NoPapers { folder: folder.to_owned() },
-            (io::ErrorKind::NotFound, known) => NameError::unknown("paper", name, &known).into(),
-            _ => PaperError::Read { path: path.clone(), source },
-        })?;
+        let text =
+            files::text(&path, BYTES_MAX).map_err(|source| match (source.is_missing(), known_papers(folder)) {
+                (true, known) if known.is_empty() => PaperError::NoPapers { folder: folder.to_owned() },
+                (true, known) => NameError::unknown("paper", name, &known).into(),
+                _ => PaperError::Read { path: path.clone(), source },
+            })?;
         let refuse = |message: String| PaperError::File { path: path.clone(), message };
         let manifest: Manifest = read_document(&text).map_err(|error| refuse(error.to_string()))?;
         let published = Published::read(&folder.join(&manifest.published))?;

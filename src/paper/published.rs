@@ -1,9 +1,10 @@
 //! The published numbers, and the numbers of our runs in their place.
 
-use super::PaperError;
 use super::evidence::Evidence;
+use super::{BYTES_MAX, PaperError};
 use crate::analysis::{Location, Z_95, bootstrap_interval, wilson};
 use crate::comparison::StackRows;
+use crate::files;
 use crate::results::{Known, Row, metric_column};
 use serde::Deserialize;
 use std::path::Path;
@@ -74,8 +75,9 @@ pub struct Published {
 impl Published {
     /// Reads the CSV of a paper.
     pub(super) fn read(path: &Path) -> Result<Vec<Self>, PaperError> {
-        let read = || csv::Reader::from_path(path)?.deserialize().collect::<Result<Vec<Self>, csv::Error>>();
-        read().map_err(|error| PaperError::File { path: path.to_owned(), message: error.to_string() })
+        let text = files::text(path, BYTES_MAX).map_err(|source| PaperError::Read { path: path.to_owned(), source })?;
+        let rows = csv::Reader::from_reader(text.as_bytes()).deserialize().collect::<Result<Vec<Self>, csv::Error>>();
+        rows.map_err(|error| PaperError::File { path: path.to_owned(), message: error.to_string() })
     }
 
     /// The printed value, if it is a single number.

@@ -2,8 +2,8 @@
 
 use super::ResultsError;
 use super::csv_rows::split;
+use crate::files;
 use std::fmt;
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
@@ -45,7 +45,7 @@ const END: &str = "end of file";
 /// # Errors
 /// If a file cannot be read.
 pub fn compare(left: &Path, right: &Path) -> Result<Option<Difference>, ResultsError> {
-    let open = |path| File::open(path).map(BufReader::new).map_err(ResultsError::io("read", path));
+    let open = |path| files::open(path, u64::MAX).map(BufReader::new).map_err(ResultsError::io("read", path));
     let (mut left_file, mut right_file) = (open(left)?, open(right)?);
     let (mut left_line, mut right_line, mut header) = (Vec::new(), Vec::new(), Vec::new());
     for line in 1.. {

@@ -6,7 +6,10 @@ use super::row::Row;
 use super::value::one_line;
 use crate::episode::{Outcome, Parts};
 use crate::world::ObstacleKind;
-use std::io::{self, BufRead};
+use std::io::{self, BufRead, Read};
+
+/// Longest line that is read, bytes; those that a run writes stay below 64 KiB.
+const LINE_BYTES_MAX: u64 = 1 << 20;
 
 /// Characters of a message that reach the file.
 const MESSAGE_CHARS_MAX: usize = 300;
@@ -174,14 +177,18 @@ impl<R: BufRead> Lines<R> {
     /// The fields of the next line; `None` at the end.
     fn record(&mut self) -> Result<Option<csv::StringRecord>, ReadError> {
         self.buffer.clear();
-        let bytes = self.input.read_until(b'\n', &mut self.buffer).map_err(ReadError::Io)?;
+        let mut input = Read::by_ref(&mut self.input).take(LINE_BYTES_MAX);
+        let bytes = input.read_until(b'\n', &mut self.buffer).map_err(ReadError::Io)?;
         if bytes == 0 {
             return Ok(None);
         }
         self.line += 1;
         self.offset += bytes as u64;
         let Some(line) = self.buffer.strip_suffix(b"\n") else {
-            return Err(self.error("the line is cut short".to_owned()));
+            let is_cut = (bytes as u64) < LINE_BYTES_MAX;
+            let message =
+                if is_cut { "the line is cut short" } else { "the line is longer than 1 MiB: is it a table?" };
+            return Err(self.error(message.to_owned()));
         };
         split(line).map(Some).map_err(|message| self.error(message))
     }

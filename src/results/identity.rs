@@ -2,11 +2,10 @@
 
 use super::ResultsError;
 use crate::digest::{Digest, Fnv1a};
-use crate::{clock, scenario};
+use crate::{clock, files, scenario};
 use serde::{Deserialize, Serialize};
-use std::fs::File;
 use std::io::{self, Read};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Largest number of differences named in one message; further ones are only counted.
 const DIFFERENCES_MAX: usize = 5;
@@ -38,7 +37,8 @@ impl Identity {
     /// If the program's own file cannot be read.
     pub fn new(scenario: &str, seed: u64, stacks: Vec<String>) -> Result<Self, ResultsError> {
         let program = program();
-        let build = File::open(&program).and_then(hash).map_err(ResultsError::io("read", &program))?;
+        let opened = files::open(&program, u64::MAX).map_err(io::Error::from);
+        let build = opened.and_then(hash).map_err(ResultsError::io("read", &program))?;
         let scenario_hash = hash(scenario.as_bytes()).expect("reading from memory cannot fail");
         let version = env!("CARGO_PKG_VERSION").to_owned();
         Ok(Self { version, build, seed, stacks, scenario_hash, scenario: scenario.to_owned() })
@@ -105,7 +105,8 @@ pub struct Launch {
 impl Launch {
     /// This start of the program.
     pub fn current() -> Self {
-        let host = std::fs::read_to_string("/proc/sys/kernel/hostname").or_else(|_| std::env::var("HOSTNAME"));
+        let host = files::text(Path::new("/proc/sys/kernel/hostname"), 1 << 10);
+        let host = host.or_else(|_| std::env::var("HOSTNAME"));
         Self {
             command: std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect(),
             host: host.unwrap_or_default().trim().to_owned(),

@@ -9,6 +9,7 @@ use super::states::{self, Answer, write_states};
 use super::store::{self, Appender};
 use super::summary::{SummaryRow, summarise, write_summary};
 use super::timings::{self, write_timing};
+use crate::files;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
@@ -25,6 +26,8 @@ pub const STATES_CSV: &str = "states.csv";
 pub const TIMINGS_CSV: &str = "timings.csv";
 /// The run to which the folder belongs.
 pub const MANIFEST_JSON: &str = "manifest.json";
+/// Largest number of bytes of a manifest: some thousands of starts.
+pub const MANIFEST_BYTES_MAX: u64 = 1 << 26;
 /// The rows of a run with fewer episodes while it is being extended.
 pub(super) const EXTENDED_CSV: &str = "episodes.extended.csv";
 
@@ -181,6 +184,9 @@ impl Journal {
         if existing == Existing::Continue && (episodes.exists() || extended.exists()) {
             let manifest = recognise(path, &identity)?;
             launches = manifest.launches;
+            for name in [EPISODES_CSV, STATES_CSV, TIMINGS_CSV, EXTENDED_CSV, EXTENDED_STATES_CSV] {
+                store::restore_line_feeds(&path.join(name))?;
+            }
             start = Start::find(path, &order, seed)?;
         }
 
@@ -352,14 +358,14 @@ impl Journal {
             return Ok(None);
         }
         resume::forget(&self.path)?;
-        let file = File::open(&path).map_err(ResultsError::io("read", &path))?;
+        let file = files::open(&path, u64::MAX).map_err(ResultsError::io("read", &path))?;
         let summary = summarise(BufReader::new(file), self.order.episodes() as usize)
             .map_err(|source| ResultsError::Read { path, source })?;
         let mut bytes = Vec::new();
         write_summary(&mut bytes, self.order.swept(), &summary).expect("writing to memory cannot fail");
         let path = self.path.join(SUMMARY_CSV);
         // A complete folder stays untouched.
-        if std::fs::read(&path).ok().as_ref() != Some(&bytes) {
+        if files::bytes(&path, bytes.len() as u64).ok().as_ref() != Some(&bytes) {
             store::replace(&path, &bytes)?;
         }
         Ok(Some(summary))
@@ -428,7 +434,7 @@ impl Encoded {
 /// The manifest of the folder, if it is of the same run.
 fn recognise(folder: &Path, identity: &Identity) -> Result<Manifest, ResultsError> {
     let foreign = |reason| ResultsError::Foreign { folder: folder.to_owned(), reason };
-    let text = std::fs::read_to_string(folder.join(MANIFEST_JSON))
+    let text = files::text(&folder.join(MANIFEST_JSON), MANIFEST_BYTES_MAX)
         .map_err(|error| foreign(format!("{MANIFEST_JSON} cannot be read: {error}")))?;
     let manifest: Manifest = serde_json::from_str(&text)
         .map_err(|error| foreign(format!("{MANIFEST_JSON} is not of this version: {error}")))?;
@@ -442,7 +448,7 @@ fn recognise(folder: &Path, identity: &Identity) -> Result<Manifest, ResultsErro
 
 /// The whole lines of `timings.csv`, or a new one.
 fn open_timings(path: &Path, is_fresh: bool) -> Result<Appender<File>, ResultsError> {
-    let len = match File::open(path) {
+    let len = match files::open(path, u64::MAX) {
         Ok(mut file) if !is_fresh => store::whole_lines(&mut file).map_err(ResultsError::io("read", path))?,
         _ => 0,
     };

@@ -73,7 +73,8 @@ pub use compare::{Difference, compare};
 pub use csv_rows::{Reader, header_line, write_row};
 pub use identity::{Identity, Launch, Manifest};
 pub use journal::{
-    Block, EPISODES_CSV, Existing, Journal, MANIFEST_JSON, Opened, STATES_CSV, SUMMARY_CSV, TIMINGS_CSV, WINDOW_BLOCKS,
+    Block, EPISODES_CSV, Existing, Journal, MANIFEST_BYTES_MAX, MANIFEST_JSON, Opened, STATES_CSV, SUMMARY_CSV,
+    TIMINGS_CSV, WINDOW_BLOCKS,
 };
 pub use order::{Order, StackAt};
 pub use row::Row;
@@ -181,7 +182,7 @@ pub enum ResultsError {
 
 impl ResultsError {
     /// Names what was done to which file, for `map_err`.
-    pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
-        move |source| Self::Io { action, path: path.to_owned(), source }
+    pub(crate) fn io<E: Into<io::Error>>(action: &'static str, path: &Path) -> impl FnOnce(E) -> Self {
+        move |error| Self::Io { action, path: path.to_owned(), source: error.into() }
     }
 }

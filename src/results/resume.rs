@@ -6,6 +6,7 @@ use super::journal::{EPISODES_CSV, EXTENDED_CSV, EXTENDED_STATES_CSV, STATES_CSV
 use super::order::Order;
 use super::states::StateLines;
 use super::{ReadError, ResultsError, store};
+use crate::files;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek};
 use std::path::Path;
@@ -125,8 +126,8 @@ impl Present {
 }
 
 fn open(path: &Path) -> Result<Option<File>, ResultsError> {
-    match File::open(path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+    match files::open(path, u64::MAX) {
+        Err(error) if error.is_missing() => Ok(None),
         other => other.map(Some).map_err(ResultsError::io("read", path)),
     }
 }
@@ -219,13 +220,13 @@ pub(super) struct Extended {
 impl Extended {
     pub(super) fn open(folder: &Path, present: Present) -> Result<Self, ResultsError> {
         let [path, states_path] = EXTENDED.map(|name| folder.join(name));
-        let episodes = || {
-            let mut reader = BufReader::new(File::open(&path)?);
+        let episodes = || -> io::Result<_> {
+            let mut reader = BufReader::new(files::open(&path, u64::MAX)?);
             reader.skip_until(b'\n')?;
             Ok(reader)
         };
-        let states = || {
-            let lines = StateLines::new(BufReader::new(File::open(&states_path)?))?;
+        let states = || -> io::Result<_> {
+            let lines = StateLines::new(BufReader::new(files::open(&states_path, u64::MAX)?))?;
             Ok(lines.expect("the header was there when the file was scanned"))
         };
         let reader = episodes().map_err(ResultsError::io("read", &path))?;

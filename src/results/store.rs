@@ -2,8 +2,9 @@
 
 use super::ResultsError;
 use crate::clock::Stopwatch;
+use crate::files::{self, LineFeeds};
 use std::fs::{File, TryLockError};
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 /// Lock file of a folder. The file stays; the lock is released when its owner ends, in whatever way.
@@ -126,6 +127,34 @@ pub(super) fn replace(path: &Path, content: &[u8]) -> Result<(), ResultsError> {
         std::fs::rename(&fresh, path)
     };
     write().map_err(ResultsError::io("write", path))
+}
+
+/// Longest beginning of a table in which its first line is looked for, bytes.
+const HEADER_BYTES_MAX: u64 = 1 << 16;
+
+/// Puts the line ends of a table back that something else has turned into CR LF or CR, as git and editors do, and takes a byte order
+/// mark away: rows are appended and compared byte by byte. A table in order stays untouched.
+pub(super) fn restore_line_feeds(path: &Path) -> Result<(), ResultsError> {
+    let mut table = match files::open(path, u64::MAX) {
+        Err(error) if error.is_missing() => return Ok(()),
+        other => BufReader::new(other.map_err(ResultsError::io("read", path))?),
+    };
+    let mut header = Vec::new();
+    let read = Read::by_ref(&mut table).take(HEADER_BYTES_MAX).read_until(b'\n', &mut header);
+    read.map_err(ResultsError::io("read", path))?;
+    // A run writes neither: in texts every control character is a space.
+    if !header.contains(&b'\r') && !header.starts_with(files::MARK) {
+        return Ok(());
+    }
+    let fresh = path.with_extension("new");
+    let restore = || {
+        table.rewind()?;
+        let mut file = File::create(&fresh)?;
+        io::copy(&mut LineFeeds::new(table), &mut file)?;
+        file.sync_all()?;
+        std::fs::rename(&fresh, path)
+    };
+    restore().map_err(ResultsError::io("write", path))
 }
 
 /// Removes a file if it is there.

@@ -5,9 +5,10 @@ use super::file::similar_files;
 use super::key_path::KeyPath;
 use super::{GoalSpec, Scenario, Stacks};
 use crate::episode::Arrive;
+use crate::files;
 use crate::geometry::Vec2;
-use crate::map::MapError;
 use crate::map::connectivity::Components;
+use crate::map::{DRAWING_BYTES_MAX, MapError};
 use crate::math;
 use crate::plan::PlanningGrid;
 use crate::plan::contract::Fit;
@@ -292,8 +293,7 @@ impl Scenario {
         match error {
             MapError::File { file, source } => match *source {
                 MapError::Format { line, column, found, expected, advice } => {
-                    let text = std::fs::read(&file).unwrap_or_default();
-                    let text = String::from_utf8_lossy(&text);
+                    let text = files::text(&file, DRAWING_BYTES_MAX).unwrap_or_default();
                     ScenarioError::new(format!("the map file is broken: found {found}, expected {expected}"))
                         .key(map.key("file"))
                         .label(format!("expected {expected}"))
@@ -301,26 +301,23 @@ impl Scenario {
                         .at(Some(file.display().to_string()), &text, span_at(&text, line, column))
                 }
                 MapError::Header { line, column, message } => {
-                    let text = std::fs::read(&file).unwrap_or_default();
-                    let text = String::from_utf8_lossy(&text);
+                    let text = files::text(&file, DRAWING_BYTES_MAX).unwrap_or_default();
                     ScenarioError::new(format!("the header of the map is broken: {message}"))
                         .key(map.key("file"))
                         .label("here")
                         .at(Some(file.display().to_string()), &text, span_at(&text, line, column))
                 }
                 MapError::Read { source } => {
-                    let title = match source.kind() {
-                        std::io::ErrorKind::NotFound => format!("there is no map file {}", file.display()),
-                        _ => format!("cannot read the map file {}: {source}", file.display()),
-                    };
-                    let mut refused = ScenarioError::new(title)
-                        .key(map.key("file"))
-                        .label("this file")
-                        .note("the path is relative to the folder of the scenario file");
-                    if let Some(files) = similar_files(&file) {
-                        refused = refused.help(files);
+                    let refused = |title: String| ScenarioError::new(title).key(map.key("file")).label("this file");
+                    if !source.is_missing() {
+                        return refused(format!("cannot read the map file {}: {source}", file.display()));
                     }
-                    refused
+                    let missing = refused(format!("there is no map file {}", file.display()))
+                        .note("the path is relative to the folder of the scenario file");
+                    match similar_files(&file) {
+                        Some(files) => missing.help(files),
+                        None => missing,
+                    }
                 }
                 other => ScenarioError::new(format!("{}: {other}", file.display())).key(map.key("file")),
             },

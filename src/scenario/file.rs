@@ -4,7 +4,7 @@ use super::error::ScenarioError;
 use super::explain::{self, Fault};
 use super::key_path::{self, KeyPath};
 use super::{Edit, Name, Scenario, shape};
-use std::io::Read;
+use crate::files::{self, FileError};
 use std::path::{Path, PathBuf};
 
 /// Reads a scenario file with edits and checks everything that can be checked before the first tick.
@@ -46,32 +46,23 @@ impl ScenarioFile {
     pub fn open(path: impl Into<PathBuf>) -> Result<Self, ScenarioError> {
         let path = path.into();
         let shown = path.display().to_string();
-        let unreadable = |error: std::io::Error| {
-            if error.kind() != std::io::ErrorKind::NotFound {
-                return ScenarioError::new(format!("cannot read the scenario: {error}")).in_file(&shown);
-            }
-            let refused = ScenarioError::new("there is no such scenario file").in_file(&shown);
-            match similar_files(&path) {
-                Some(files) => refused.help(files),
-                None => refused,
-            }
-        };
-        let file = std::fs::File::open(&path).map_err(unreadable)?;
-        let mut bytes = Vec::new();
-        file.take(shape::SIZE_MAX_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-        if bytes.len() > shape::SIZE_MAX_BYTES {
-            return Err(shape::too_large().in_file(&shown));
-        }
-        match String::from_utf8(bytes) {
-            Ok(text) => Ok(Self::from_text(path, text)),
-            Err(error) => {
-                let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-                let line = 1 + good.iter().filter(|&&byte| byte == b'\n').count();
-                Err(ScenarioError::new(format!("line {line} holds bytes that are not UTF-8 text"))
+        let refused = match files::text(&path, shape::SIZE_MAX_BYTES as u64) {
+            Ok(text) => return Ok(Self { path, text }),
+            Err(FileError::TooLarge { .. }) => shape::too_large(),
+            Err(FileError::NotUtf8 { line, .. }) => {
+                ScenarioError::new(format!("line {line} holds bytes that are not UTF-8 text"))
                     .help("is this the right file? Save it as UTF-8")
-                    .in_file(&shown))
             }
-        }
+            Err(error) if error.is_missing() => {
+                let refused = ScenarioError::new("there is no such scenario file");
+                match similar_files(&path) {
+                    Some(files) => refused.help(files),
+                    None => refused,
+                }
+            }
+            Err(error) => ScenarioError::new(format!("cannot read the scenario: {error}")),
+        };
+        Err(refused.in_file(&shown))
     }
 
     /// A scenario from a text; `path` is what messages show, and where relative paths start.

@@ -236,7 +236,8 @@ fn a_picture_becomes_a_map_with_a_preview() {
 
     let sized =
         ["map", "from-image", &png, &map, "--cols", "16", "--rows", "10", "--opening-px", "0", "--hue-deg", "200,280"];
-    simrun(folder.path()).args(sized).ends_with(0);
+    simrun(folder.path()).args(sized).ends_with(2);
+    simrun(folder.path()).args(sized).arg("--force").ends_with(0);
     for (bad, message) in [
         (vec!["--hue-deg", "10"], "expected two hues"),
         (vec!["--cols", "0", "--rows", "3"], "0 is not in 1..=16384"),

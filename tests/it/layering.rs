@@ -9,13 +9,14 @@ use std::collections::BTreeSet;
 use std::fs;
 
 /// The order of the house, ground first; a folder's own modules may name each other.
-const ORDER: [&str; 22] = [
+const ORDER: [&str; 23] = [
     "math",
     "settings",
     "geometry",
     "rng",
     "clock",
     "digest",
+    "files",
     "map",
     "robot",
     "observation",
@@ -394,6 +395,66 @@ fn a_room_names_only_those_above_it_and_no_crate_that_is_kept_from_it() {
     }
     for (room, name, reason) in EXCEPTIONS {
         assert!(needed.contains(&(room, name)), "{room} no longer names {name} ({reason}): delete the exception");
+    }
+}
+
+/// Ways to open a file for reading, as type or module and function; `files` alone may take them.
+const OPENINGS: [(&str, &str); 9] = [
+    ("fs", "read"),
+    ("fs", "read_to_string"),
+    ("File", "open"),
+    ("File", "open_buffered"),
+    ("ImageReader", "open"),
+    ("image", "open"),
+    ("image", "load"),
+    ("Reader", "from_path"),
+    ("ReaderBuilder", "from_path"),
+];
+
+/// The ways to open a file that production code takes; its tests stand behind it.
+fn openings(source: &str) -> Vec<(&'static str, &'static str)> {
+    let tokens = tokens(source);
+    let tests = [Sign('#'), Sign('['), Word("cfg".into()), Sign('('), Word("test".into()), Sign(')'), Sign(']')];
+    let of_tests = tokens.windows(8).position(|part| part[..7] == tests && part[7] == Word("mod".into()));
+    let production = &tokens[..of_tests.unwrap_or(tokens.len())];
+    let takes = |&(owner, name): &(&str, &str)| {
+        production.iter().enumerate().any(|(at, token)| {
+            let rest = &production[at..];
+            let is_path = word(Some(token)) == Some(owner) && rest.get(1) == Some(&Colons);
+            // `use std::fs::{…}` and `.from_path(…)` of a builder.
+            let listed = rest.iter().skip(3).take_while(|token| **token != Sign('}'));
+            let in_list =
+                rest.get(2) == Some(&Sign('{')) && listed.into_iter().any(|token| word(Some(token)) == Some(name));
+            let is_method = name == "from_path" && *token == Sign('.') && word(rest.get(1)) == Some(name);
+            is_path && (word(rest.get(2)) == Some(name) || in_list) || is_method
+        })
+    };
+    OPENINGS.into_iter().filter(takes).collect()
+}
+
+#[test]
+fn files_are_opened_for_reading_in_one_room() {
+    let src = root().join("src");
+    for file in files(&src, "rs") {
+        let relative = file.strip_prefix(&src).unwrap().to_str().unwrap().replace('\\', "/");
+        let is_test = ["tests.rs", "support.rs"].iter().any(|name| relative.ends_with(name));
+        let found = openings(&fs::read_to_string(&file).unwrap());
+        if relative == "files.rs" {
+            assert_eq!(found, [("File", "open")]);
+        } else {
+            assert!(is_test || found.is_empty(), "{relative} opens files by {found:?}: `files` is the place for it");
+        }
+    }
+    for (source, expected) in [
+        ("fn f() { std::fs::read(path); }", ("fs", "read")),
+        ("use std::fs::{self, read_to_string};", ("fs", "read_to_string")),
+        ("fn f() { csv::ReaderBuilder::new().from_path(path); }", ("Reader", "from_path")),
+        ("fn f() -> io::Result<File> { File::open(path) }", ("File", "open")),
+    ] {
+        assert!(openings(source).contains(&expected), "{source}");
+    }
+    for source in ["fs::read_dir(folder)", "files::open(path, 1)", "#[cfg(test)]\nmod tests { fs::read(path) }"] {
+        assert!(openings(source).is_empty(), "{source}");
     }
 }
 

@@ -14,6 +14,7 @@ mod decisions;
 mod documents;
 mod drives;
 mod episodes;
+mod files;
 mod fuzzy_sets;
 mod layering;
 mod oracle;

@@ -30,7 +30,7 @@ fn one_query_is_one_row_per_planner_in_the_cells_of_the_file() {
     assert_eq!(rows.len(), 3);
     assert_eq!(
         rows[0].join(","),
-        "map,query,start_col,start_row,goal_col,goal_row,global,found,optimal,length,length_m,ratio,expanded,generated,turns,fallbacks"
+        "map,query,start_col,start_row,goal_col,goal_row,global,found,optimal,length,length_m,ratio,expanded,generated,turns,fallbacks,note"
     );
     // Up two rows on the diagonal's side, over the wall in row 0 without cutting its corners: (1,3) to (2,0) to (4,0) to (5,3).
     let expected = 2.0 + 2.0 * (2.0 + std::f64::consts::SQRT_2);
@@ -38,7 +38,7 @@ fn one_query_is_one_row_per_planner_in_the_cells_of_the_file() {
         assert_eq!(row[..8].join(","), format!("hall.map,0,1,3,5,3,{planner},1"));
         let length: f64 = row[9].parse().unwrap();
         assert!((length - expected).abs() < 1e-12 && (row[10].parse::<f64>().unwrap() - 0.5 * length).abs() < 1e-12);
-        assert_eq!((row[8], row[11]), ("", ""), "no optimum is known");
+        assert_eq!((row[8], row[11], row[16]), ("", "", ""), "no optimum is known, nothing to note");
     }
     assert!(err.contains("a_star: 1 queries, 1 found; no optimum is known"), "{err}");
 }
@@ -67,7 +67,7 @@ fn inflation_may_close_the_way_which_is_a_result() {
 #[test]
 fn what_cannot_be_planned_is_refused() {
     let scratch = hall();
-    fs::write(scratch.path().join("off.tsv"), "start_col,start_row,goal_col,goal_row\n1,1,2,2\n1,1,9,0\n").unwrap();
+    fs::write(scratch.path().join("off.tsv"), "start_col,start_row,goal_col,goal_row\n\n1,1,9,0\n").unwrap();
     for (args, expected) in [
         (
             &["plan", "hall.map", "--from", "1,3", "--to", "3,3"][..],
@@ -96,7 +96,7 @@ fn maps_are_described_and_survive_a_change_of_format() {
         assert_eq!(run(scratch.path(), &["map", "convert", "hall.map", name]).0, 0, "{name}");
     }
     for name in ["hall.yaml", "hall.png", "hall.txt"] {
-        assert_eq!(run(scratch.path(), &["map", "convert", name, "back.map"]).0, 0, "{name}");
+        assert_eq!(run(scratch.path(), &["map", "convert", name, "back.map", "--force"]).0, 0, "{name}");
         assert_eq!(fs::read_to_string(scratch.path().join("back.map")).unwrap(), HALL, "{name}");
     }
     assert_eq!(run(scratch.path(), &["map", "convert", "hall.map", "hall.bmp"]).0, 2);

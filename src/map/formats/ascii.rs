@@ -9,10 +9,11 @@
 //!       ......
 //! ```
 
+use crate::files;
 use crate::geometry::Pose;
-use crate::map::file::{FileFormat, Loaded, Unknown, save};
+use crate::map::file::{Draft, FileFormat, Loaded, Unknown};
 use crate::map::kind::one_metre;
-use crate::map::{Entry, Frame, MapError, MapKind, OccupancyGrid, SIDE_MAX};
+use crate::map::{DRAWING_BYTES_MAX, Entry, Frame, MapError, MapKind, OccupancyGrid, SIDE_MAX};
 use crate::rng::EpisodeSeed;
 use crate::settings::quantity::{Finite, Positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -20,7 +21,7 @@ use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::borrow::Cow;
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Registry entry.
 pub const ENTRY: Entry = Entry {
@@ -154,14 +155,14 @@ impl MapKind for Params {
 
 /// Reads a file that holds a drawing and nothing else.
 fn read_file(file: &Path, resolution_m: Positive, _: Unknown) -> Result<Loaded, MapError> {
-    let text = std::fs::read_to_string(file).map_err(|source| MapError::Read { source }.of(file))?;
+    let text = files::text(file, DRAWING_BYTES_MAX).map_err(|source| MapError::Read { source }.of(file))?;
     let rows = Drawing::new(text.lines().map(str::to_owned).collect()).map_err(|error| error.of(file))?;
-    Ok(Loaded { grid: rows.grid(resolution_m), unknown: 0 })
+    Ok(Loaded::known(rows.grid(resolution_m)))
 }
 
-/// Writes the drawing of a grid.
-fn write_file(grid: &OccupancyGrid, file: &Path) -> Result<Vec<PathBuf>, MapError> {
-    Ok(vec![save(file, grid.to_string().as_bytes())?])
+/// Drafts the drawing of a grid.
+fn write_file(grid: &OccupancyGrid, file: &Path) -> Vec<Draft> {
+    vec![Draft { file: file.into(), bytes: grid.to_string().into_bytes() }]
 }
 
 #[cfg(test)]

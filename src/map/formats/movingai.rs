@@ -2,22 +2,22 @@
 //!
 //! A `.map` is a header of four lines (`type octile`, `height H`, `width W`, `map`) and H rows of W
 //! characters, the first on top: `.`, `G` and `S` are passable, `@`, `O`, `T` and `W` blocked. A `.scen`
-//! is a line `version 1` and one query a line, its nine columns separated by tabs. Its cells count
-//! columns from the left and rows from the *top* ([`flip`]); its lengths are for 8 neighbours
-//! without corner cutting, in cells. Lines may end in CRLF.
+//! is a line `version 1` (or `1.0`) and one query a line, its nine columns separated by tabs or, where the name of the
+//! map has no space, by any white space. Its cells count columns from the left and rows from the *top* ([`flip`]); its
+//! lengths are for 8 neighbours without corner cutting, in cells. White space at the end of lines and between the words of
+//! a header means nothing, as in the reference implementation, hog2 of the benchmarks' author.
 //!
 //! N. R. Sturtevant, *Benchmarks for Grid-Based Pathfinding*, IEEE Transactions on Computational
 //! Intelligence and AI in Games 4(2), 2012.
 
-use crate::map::file::{FileFormat, Loaded, Unknown, save};
+use crate::files;
+use crate::map::file::{Draft, FileFormat, Loaded, Unknown};
 use crate::map::kind::one_metre;
-use crate::map::{Cell, Entry, MapError, MapKind, OccupancyGrid, SIDE_MAX};
+use crate::map::{Cell, DRAWING_BYTES_MAX, Entry, MapError, MapKind, OccupancyGrid, SIDE_MAX};
 use crate::rng::EpisodeSeed;
-use crate::settings::quantity::Positive;
+use crate::settings::quantity::{Positive, counted};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -45,9 +45,6 @@ pub struct Params {
     pub resolution_m: Positive,
 }
 
-/// Largest number of bytes read from a file: the largest map with CRLF, and room for the header.
-const FILE_BYTES_MAX: u64 = (SIDE_MAX * (SIDE_MAX + 2) + 1024) as u64;
-
 impl MapKind for Params {
     fn load(&self, folder: &Path, _seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
         read_file(&folder.join(&self.file), self.resolution_m, Unknown::default()).map(|loaded| loaded.grid)
@@ -60,17 +57,18 @@ impl MapKind for Params {
 
 /// Reads a `.map`; the format knows no unknown cells.
 fn read_file(file: &Path, resolution_m: Positive, _: Unknown) -> Result<Loaded, MapError> {
-    let mut text = String::new();
-    File::open(file)
-        .and_then(|opened| opened.take(FILE_BYTES_MAX).read_to_string(&mut text))
-        .map_err(|source| MapError::Read { source }.of(file))?;
+    let text = files::text(file, DRAWING_BYTES_MAX).map_err(|source| MapError::Read { source }.of(file))?;
     let grid = parse(&text).map_err(|error| error.of(file))?;
-    Ok(Loaded { grid: grid.with_resolution(resolution_m.get()), unknown: 0 })
+    // The header has none of its letters in capitals.
+    let water = text.bytes().filter(|&byte| byte == b'W').count();
+    let note = || format!("water (`W`) is blocked, also from water to water: {}", counted(water as u64, "cell"));
+    let notes = if water > 0 { vec![note()] } else { Vec::new() };
+    Ok(Loaded { notes, ..Loaded::known(grid.with_resolution(resolution_m.get())) })
 }
 
-/// Writes a `.map`.
-fn write_file(grid: &OccupancyGrid, file: &Path) -> Result<Vec<PathBuf>, MapError> {
-    Ok(vec![save(file, write(grid).as_bytes())?])
+/// Drafts a `.map`.
+fn write_file(grid: &OccupancyGrid, file: &Path) -> Vec<Draft> {
+    vec![Draft { file: file.into(), bytes: write(grid).into_bytes() }]
 }
 
 /// Reads the text of a `.map`; cells have a side of 1 m.
@@ -86,18 +84,18 @@ pub fn parse(text: &str) -> Result<OccupancyGrid, MapError> {
     };
     let advice = "a map opens with the lines `type octile`, `height H`, `width W`, `map`";
     let kind = next("`type octile`")?;
-    if kind != "type octile" {
+    if !kind.split_whitespace().eq(["type", "octile"]) {
         return Err(MapError::at((0, 0), quoted(kind), "`type octile`", advice));
     }
     let rows = side(next("`height H`")?, "height", 1)?;
     let cols = side(next("`width W`")?, "width", 2)?;
     let opening = next("`map`")?;
-    if opening != "map" {
+    if opening.trim() != "map" {
         return Err(MapError::at((3, 0), quoted(opening), "`map`", advice));
     }
     let mut grid = OccupancyGrid::empty(cols as i32, rows as i32, 1.0);
     for from_top in 0..rows {
-        let line = next(&format!("{rows} rows of cells, of which {from_top} are there"))?;
+        let line = next(&format!("{rows} rows of cells, of which {from_top} are there"))?.trim_end();
         let mut columns = 0;
         for (col, character) in line.chars().enumerate() {
             if col == cols {
@@ -128,7 +126,7 @@ pub fn parse(text: &str) -> Result<OccupancyGrid, MapError> {
             ));
         }
     }
-    match lines.find(|(_, line)| !line.is_empty()) {
+    match lines.find(|(_, line)| !line.trim().is_empty()) {
         None => Ok(grid),
         Some((line, more)) => Err(MapError::at(
             (line, 0),
@@ -154,9 +152,9 @@ fn quoted(text: &str) -> String {
 
 /// The number of a header line `key number`.
 fn side(line: &str, key: &str, at: usize) -> Result<usize, MapError> {
-    let number = line.strip_prefix(key).and_then(|rest| rest.strip_prefix(' ')).unwrap_or_default();
-    match number.parse() {
-        Ok(side) if (1..=SIDE_MAX).contains(&side) => Ok(side),
+    let words: Vec<&str> = line.split_whitespace().collect();
+    match (&words[..], words.last().and_then(|number| number.parse().ok())) {
+        ([first, _], Some(side)) if *first == key && (1..=SIDE_MAX).contains(&side) => Ok(side),
         _ => Err(MapError::at(
             (at, 0),
             quoted(line),
@@ -183,28 +181,42 @@ pub fn flip(grid: &OccupancyGrid, cell: Cell) -> Cell {
 }
 
 /// One query of a `.scen`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Query {
+    /// Its line in the file, from 1.
+    pub line: usize,
+    /// The map for which it is, as the file names it.
+    pub map: String,
+    /// Columns and rows of that map.
+    pub size: [i32; 2],
     /// Start as the file counts: row 0 at the top.
     pub start: Cell,
     /// Goal as the file counts: row 0 at the top.
     pub goal: Cell,
-    /// Optimal octile length in cells, as printed: to 6 significant digits in the older files.
+    /// Optimal octile length in cells. Published sets print 0 between different cells where there is no way.
     pub optimal_length: f64,
+    /// The same as printed: to 6 significant digits in the older files, to 2 decimals in some, to 8 in the newer ones.
+    pub printed: String,
 }
 
 /// Reads the text of a `.scen`, in the order of its lines.
 ///
 /// # Errors
-/// [`MapError::Format`] at the first place that does not follow the format, a cell outside the
-/// query's own width and height included.
+/// [`MapError::Format`] at the first place that does not follow the format. Whether the cells are on the map is not looked at.
 pub fn parse_queries(text: &str) -> Result<Vec<Query>, MapError> {
     let mut lines = text.lines().enumerate();
     let version = lines.next().map_or("", |(_, line)| line);
-    if !matches!(version, "version 1" | "version 1.0") {
+    if !is_version(version) {
         return Err(MapError::at((0, 0), quoted(version), "`version 1`", "a .scen file opens with that line"));
     }
-    lines.filter(|(_, line)| !line.is_empty()).map(|(number, line)| parse_query(number, line)).collect()
+    lines.filter(|(_, line)| !line.trim().is_empty()).map(|(number, line)| parse_query(number, line)).collect()
+}
+
+/// Whether a line is the first one of a `.scen`; the version is a number.
+pub fn is_version(line: &str) -> bool {
+    let mut words = line.split_whitespace();
+    let is_one = |number: &str| f64::from_str(number).is_ok_and(|number| number == 1.0);
+    words.next() == Some("version") && words.next().is_some_and(is_one) && words.next().is_none()
 }
 
 /// Columns of a query's line.
@@ -212,29 +224,46 @@ const QUERY_COLUMNS: [&str; 9] =
     ["bucket", "map", "map width", "map height", "start x", "start y", "goal x", "goal y", "optimal length"];
 
 fn parse_query(number: usize, line: &str) -> Result<Query, MapError> {
-    let fields: Vec<&str> = line.split('\t').collect();
+    let tabs: Vec<&str> = line.split('\t').map(str::trim).collect();
+    let is_by_tabs = tabs.len() == QUERY_COLUMNS.len() && tabs.iter().all(|field| !field.is_empty());
+    let fields = if is_by_tabs { tabs } else { line.split_whitespace().collect() };
     let advice = "a query is: bucket, map, map width, map height, start x, start y, goal x, goal y, optimal length";
     if fields.len() != QUERY_COLUMNS.len() {
         let found = format!("{} columns", fields.len());
-        return Err(MapError::at((number, 0), found, format!("{} separated by tabs", QUERY_COLUMNS.len()), advice));
+        return Err(MapError::at(
+            (number, 0),
+            found,
+            format!("{} separated by tabs or spaces", QUERY_COLUMNS.len()),
+            advice,
+        ));
     }
-    let place = |index: usize| (number, fields[..index].iter().map(|field| field.chars().count() + 1).sum());
-    let whole = |index: usize, low: usize, high: usize| match usize::from_str(fields[index]) {
-        Ok(value) if (low..=high).contains(&value) => Ok(value),
-        _ => {
-            let expected = format!("{}, a whole number from {low} to {high}", QUERY_COLUMNS[index]);
-            Err(MapError::at(place(index), quoted(fields[index]), expected, advice))
-        }
+    // The fields are parts of the line, so their addresses say where in it they stand.
+    let place = |index: usize| {
+        let before = fields[index].as_ptr() as usize - line.as_ptr() as usize;
+        (number, line[..before].chars().count())
     };
-    let (width, height) = (whole(2, 1, SIDE_MAX)?, whole(3, 1, SIDE_MAX)?);
-    let cell = |x: usize, y: usize| {
-        Ok::<_, MapError>(Cell { col: whole(x, 0, width - 1)? as i32, row: whole(y, 0, height - 1)? as i32 })
+    let whole = |index: usize| {
+        i32::from_str(fields[index]).map_err(|_| {
+            MapError::at(
+                place(index),
+                quoted(fields[index]),
+                format!("{}, a whole number", QUERY_COLUMNS[index]),
+                advice,
+            )
+        })
     };
-    let (start, goal) = (cell(4, 5)?, cell(6, 7)?);
+    let size = [whole(2)?, whole(3)?];
+    let (start, goal) = (Cell { col: whole(4)?, row: whole(5)? }, Cell { col: whole(6)?, row: whole(7)? });
     match f64::from_str(fields[8]) {
-        Ok(optimal_length) if optimal_length.is_finite() && optimal_length >= 0.0 => {
-            Ok(Query { start, goal, optimal_length })
-        }
+        Ok(optimal_length) if optimal_length.is_finite() && optimal_length >= 0.0 => Ok(Query {
+            line: number + 1,
+            map: fields[1].to_owned(),
+            size,
+            start,
+            goal,
+            optimal_length,
+            printed: fields[8].to_owned(),
+        }),
         _ => Err(MapError::at(place(8), quoted(fields[8]), "optimal length, a number of at least 0", advice)),
     }
 }
@@ -260,6 +289,7 @@ mod tests {
         assert_eq!(parse(&SMALL.replace('T', "W")).expect("a map"), grid);
         assert_eq!(parse(&SMALL.replace('\n', "\r\n")).expect("a map"), grid);
         assert_eq!(parse(SMALL.trim_end()).expect("a map"), grid);
+        assert_eq!(parse(" type \t octile \nheight\t2\nwidth  3 \nmap \n.GS\t\n@OT  \n \n").expect("a map"), grid);
         assert_eq!(parse(&write(&grid)).expect("a map"), grid);
     }
 
@@ -271,6 +301,9 @@ mod tests {
             (SMALL.replace("height 2", "height -2"), "line 2, column 1: found `height -2`, expected `height` and a"),
             (SMALL.replace("height 2", "width 2"), "line 2, column 1: found `width 2`, expected `height`"),
             (SMALL.replace("width 3", "width 99999"), "line 3, column 1: found `width 99999`, expected `width` and"),
+            (SMALL.replace("width 3", "width 3 3"), "line 3, column 1: found `width 3 3`, expected `width` and"),
+            (SMALL.replace("width 3", "width"), "line 3, column 1: found `width`, expected `width` and"),
+            (SMALL.replace("type octile", "typeoctile"), "line 1, column 1: found `typeoctile`, expected"),
             (SMALL.replace("\nmap", "\nmaps"), "line 4, column 1: found `maps`, expected `map`"),
             (SMALL.replace('S', "x"), "line 5, column 3: found `x`, expected `.`, `G` or `S`"),
             (SMALL.replace("@O", "@"), "line 6, column 3: found a row of 2 characters, expected 3"),
@@ -293,16 +326,39 @@ mod tests {
     #[test]
     fn queries_are_read_in_the_cells_of_the_file() {
         let text = "version 1\r\n3\tmaps/a.map\t3\t2\t0\t1\t2\t0\t2.41421\r\n";
-        let query = Query { start: Cell { col: 0, row: 1 }, goal: Cell { col: 2, row: 0 }, optimal_length: 2.41421 };
-        assert_eq!(parse_queries(text).expect("queries"), [query]);
+        let query = Query {
+            line: 2,
+            map: "maps/a.map".to_owned(),
+            size: [3, 2],
+            start: Cell { col: 0, row: 1 },
+            goal: Cell { col: 2, row: 0 },
+            optimal_length: 2.41421,
+            printed: "2.41421".to_owned(),
+        };
+        for same in [
+            text.to_owned(),
+            text.replace('\t', " "),
+            text.replace('\t', "  \t"),
+            text.replace('\n', "\t\n").replace("version 1", " version  1.0"),
+            text.replace("\r\n3", "\r\n 3"),
+        ] {
+            assert_eq!(parse_queries(&same).expect("queries"), std::slice::from_ref(&query), "{same:?}");
+        }
+        // With tabs the name may hold spaces.
+        let spaced = parse_queries(&text.replace("maps/a.map", "my maps/a b.map")).expect("queries");
+        assert_eq!(spaced, [Query { map: "my maps/a b.map".to_owned(), ..query }]);
         for (text, expected) in [
             ("version 2\n".to_string(), "line 1, column 1: found `version 2`, expected `version 1`"),
-            (text.replace('\t', " "), "line 2, column 1: found 1 columns, expected 9 separated by tabs"),
-            // "3\tmaps/a.map\t3\t2\t0\t" takes 19 characters.
+            ("version 1 1\n".to_string(), "line 1, column 1: found `version 1 1`, expected `version 1`"),
+            (String::new(), "line 1, column 1: found ``, expected `version 1`"),
+            (text.replace("\t0\t1\t", "\t"), "line 2, column 1: found 7 columns, expected 9 separated by tabs or"),
             (
-                text.replace("\t1\t", "\t2\t"),
-                "line 2, column 20: found `2`, expected start y, a whole number from 0 to 1",
+                text.replace("a.map\t", "a b.map "),
+                "line 2, column 1: found 10 columns, expected 9 separated by tabs or",
             ),
+            // "3\tmaps/a.map\t3\t2\t0\t" takes 19 characters.
+            (text.replace("\t1\t", "\tx\t"), "line 2, column 20: found `x`, expected start y, a whole number"),
+            (text.replace("\t1\t", "  1.5 "), "line 2, column 21: found `1.5`, expected start y, a whole number"),
             (text.replace("2.41421", "NaN"), "line 2, column 26: found `NaN`, expected optimal length"),
         ] {
             let message = parse_queries(&text).expect_err("refused").to_string();

@@ -1,7 +1,7 @@
 //! Maps of ROS `map_server`: a YAML header beside a grey image.
 //!
 //! ```yaml
-//! image: depot.pgm             # beside the YAML file, or an absolute path
+//! image: depot.pgm             # PGM, PNG or BMP; beside the YAML file, or an absolute path
 //! resolution: 0.05             # metres per pixel
 //! origin: [-10.0, -10.0, 0.0]  # pose [x, y, yaw] of the lower left corner in the frame `map`
 //! negate: 0                    # 1: dark is free
@@ -19,24 +19,29 @@
 //! | `scale` | p > `occupied_thresh` | p < `free_thresh` | 100 (p − free) / (occupied − free), rounded | never |
 //! | `raw` | value 100 | value 0 | the pixel's value (of 255), whatever `negate` says | values above 100 |
 //!
-//! The comparisons are strict, as in Nav2's `map_io.cpp` (`occupied_thresh < occ`, `occ < free_thresh`).
-//! In the first two modes a pixel that is not fully opaque is unknown. The world frame is the map's
-//! own: planners work in cells, and poses go through [`Frame`] with the yaw of `origin`.
+//! The comparisons are strict and colours count by their mean, as in ROS 1 and in Nav2 up to Jazzy. In the first
+//! two modes a pixel that is not fully opaque is unknown. The world frame is the map's own: planners work in
+//! cells, and poses go through [`Frame`] with the yaw of `origin`.
 //!
 //! A cell is an obstacle at occupancy 100 and free below, like Nav2's static layer by default
 //! (`lethal_cost_threshold` 100, `trinary_costmap`); the key `unknown` decides on unknown cells.
 //!
-//! Source: ros-navigation/navigation2, `nav2_map_server/src/map_io.cpp`. Its ≥ and ≤ were > and < in earlier
-//! versions and in ROS 1, which also took the opacity into the mean of `trinary`. No pixel of 8
-//! bits meets a usual threshold exactly (0.65 · 255 = 165.75, 0.25 · 255 = 63.75, 0.196 · 255 = 49.98).
+//! Keys that Nav2 does not know are passed over, as there, with a note.
+//!
+//! Source: ros-navigation/navigation2, `nav2_map_server/src/map_io.cpp`, from Humble to Jazzy. Departures: ROS 1 took the opacity
+//! into the mean of `trinary`; versions of 2026 compare by ≥ and ≤ and weigh colours by their brightness. No pixel of 8
+//! bits meets a usual threshold exactly (0.65 · 255 = 165.75, 0.25 · 255 = 63.75, 0.196 · 255 = 49.98); thresholds of 1
+//! and 0 are met by black and white, and then a note says so.
 
 mod header;
 mod pixels;
+mod pnm;
 mod writer;
 
 pub use writer::write;
 
-use crate::map::file::{FileFormat, Loaded, Unknown, save};
+use crate::files;
+use crate::map::file::{Draft, FileFormat, Loaded, Unknown};
 use crate::map::{Entry, Frame, MapError, MapKind, OccupancyGrid};
 use crate::rng::EpisodeSeed;
 use crate::settings::quantity::Positive;
@@ -44,8 +49,6 @@ use header::Header;
 use pixels::decode;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Registry entry.
@@ -64,14 +67,14 @@ pub const ENTRY: Entry = Entry {
             name: None,
             has_frame: false,
             read: read_image,
-            write: |grid, file| Ok(vec![save(file, &writer::png(grid))?]),
+            write: |grid, file| vec![Draft { file: file.into(), bytes: writer::png(grid) }],
         },
         FileFormat {
             extensions: &["pgm"],
             name: None,
             has_frame: false,
             read: read_image,
-            write: |grid, file| Ok(vec![save(file, &writer::pgm(grid))?]),
+            write: |grid, file| vec![Draft { file: file.into(), bytes: writer::pgm(grid) }],
         },
     ],
 };
@@ -96,6 +99,12 @@ impl MapKind for Params {
     fn is_fixed(&self) -> bool {
         true
     }
+
+    fn notes(&self, folder: &Path) -> Vec<String> {
+        let file = folder.join(&self.file);
+        let notes = RosMap::load(&file).map_or_else(|_| Vec::new(), |map| map.notes);
+        notes.into_iter().map(|note| format!("{}: {note}", file.display())).collect()
+    }
 }
 
 /// Reads a grey image that has no header.
@@ -104,14 +113,12 @@ fn read_image(file: &Path, resolution_m: Positive, unknown: Unknown) -> Result<L
     Ok(map.loaded(unknown))
 }
 
-/// Writes a header, and its image beside it under the same name with the extension `.pgm`.
-fn write_with_header(grid: &OccupancyGrid, file: &Path) -> Result<Vec<PathBuf>, MapError> {
+/// Drafts a header, and its image beside it under the same name with the extension `.pgm`.
+fn write_with_header(grid: &OccupancyGrid, file: &Path) -> Vec<Draft> {
     let image = file.with_extension("pgm");
     let name = image.file_name().unwrap_or_default().to_string_lossy();
     let (header, pgm) = write(grid, &name);
-    // The image first: a header never names an image that is not there.
-    let image = save(&image, &pgm)?;
-    Ok(vec![save(file, header.as_bytes())?, image])
+    vec![Draft { file: file.into(), bytes: header.into_bytes() }, Draft { file: image, bytes: pgm }]
 }
 
 /// Occupancy of a cell that holds an obstacle; also the largest occupancy.
@@ -128,6 +135,7 @@ pub struct RosMap {
     resolution_m: f64,
     frame: Frame,
     occupancy: Vec<i8>,
+    notes: Vec<String>,
 }
 
 impl RosMap {
@@ -136,32 +144,36 @@ impl RosMap {
     /// # Errors
     /// [`MapError::File`] if the header or the image cannot be read or do not follow their formats.
     pub fn load(file: &Path) -> Result<Self, MapError> {
-        let mut text = String::new();
-        File::open(file)
-            .and_then(|opened| opened.take(HEADER_BYTES_MAX).read_to_string(&mut text))
-            .map_err(|source| MapError::Read { source }.of(file))?;
+        let text = files::text(file, HEADER_BYTES_MAX).map_err(|source| MapError::Read { source }.of(file))?;
         let folder = file.parent().unwrap_or(Path::new(""));
         let load = || {
-            let header = Header::parse(&text)?;
+            let (header, mut notes) = Header::parse(&text)?;
             // An absolute path replaces the folder.
-            let image = decode(&folder.join(&header.image))?;
-            Ok(header.map(&image))
+            let image = decode(&folder.join(&header.image), Some(folder))?;
+            let mut map = header.map(&image);
+            notes.append(&mut map.notes);
+            Ok(Self { notes, ..map })
         };
         load().map_err(|error: MapError| error.of(file))
     }
 
-    /// Reads an image that has no header: trinary, white is free, origin [0, 0, 0], and the thresholds
-    /// that Nav2 writes.
+    /// Reads an image that has no header: trinary, white is free, origin [0, 0, 0], and thresholds by which the grey 205 that map savers
+    /// write for unknown stays unknown.
     ///
     /// # Errors
     /// [`MapError::Image`] if it cannot be read.
     pub fn from_image(file: &Path, resolution_m: Positive) -> Result<Self, MapError> {
-        Ok(Header::of_image(resolution_m).map(&decode(file)?))
+        Ok(Header::of_image(resolution_m).map(&decode(file, None)?))
     }
 
     /// Occupancy from 0 to 100 or −1 for unknown, row-major, row 0 at the bottom.
     pub fn occupancy(&self) -> &[i8] {
         &self.occupancy
+    }
+
+    /// What its header says that was not used, and cells that may not be what was meant, in words.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Number of unknown cells.
@@ -171,7 +183,14 @@ impl RosMap {
 
     /// The grid that planners see, and the number of unknown cells.
     fn loaded(&self, unknown: Unknown) -> Loaded {
-        Loaded { grid: self.grid(unknown), unknown: self.unknown_count() }
+        let count = self.unknown_count();
+        let is_unknown = |&occupancy: &i8| occupancy == UNKNOWN;
+        Loaded {
+            grid: self.grid(unknown),
+            unknown: count,
+            unknown_cells: if count == 0 { Vec::new() } else { self.occupancy.iter().map(is_unknown).collect() },
+            notes: self.notes.clone(),
+        }
     }
 
     /// The grid that planners see.
@@ -187,7 +206,7 @@ impl RosMap {
     }
 }
 
-/// Largest number of bytes read from a header; real ones stay below 1 KiB.
+/// Largest number of bytes of a header; real ones stay below 1 KiB.
 const HEADER_BYTES_MAX: u64 = 1 << 16;
 
 #[cfg(test)]
@@ -289,11 +308,58 @@ mod tests {
         }
     }
 
-    /// A PNG under the name that the header gives: the content says what it is.
-    fn png(image: impl Into<DynamicImage>) -> Vec<u8> {
+    /// An image under the name that the header gives: the content says what it is.
+    fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
         let mut bytes = std::io::Cursor::new(Vec::new());
-        image.into().write_to(&mut bytes, ImageFormat::Png).expect("a PNG");
+        image.into().write_to(&mut bytes, format).expect("an image");
         bytes.into_inner()
+    }
+
+    fn png(image: impl Into<DynamicImage>) -> Vec<u8> {
+        encoded(image, ImageFormat::Png)
+    }
+
+    #[test]
+    fn a_bmp_has_the_cells_of_the_same_png() {
+        let grey = GrayImage::from_fn(5, 3, |x, y| Luma([(x * 60 + y * 7) as u8]));
+        let rgb = ImageBuffer::from_fn(5, 3, |x, y| Rgb([(x * 60) as u8, (y * 120) as u8, 200]));
+        let images: [DynamicImage; 2] = [grey.into(), rgb.into()];
+        for image in images {
+            let bmp = load(HEADER, &encoded(image.clone(), ImageFormat::Bmp)).expect("a map");
+            assert_eq!(bmp, load(HEADER, &png(image)).expect("a map"));
+        }
+    }
+
+    #[test]
+    fn an_image_without_a_header_keeps_the_grey_of_unknown_cells_unknown() {
+        let folder = folder(HEADER, b"P2 4 1 255 0 205 206 254");
+        let bare = RosMap::from_image(&folder.path().join("map.pgm"), Positive::new(1.0)).expect("a map");
+        assert_eq!((bare.occupancy(), bare.notes()), (&[100, -1, 0, 0][..], &[][..]));
+        // By the header's 0.25 it is free, which is noted.
+        let by_header = RosMap::load(&folder.path().join("map.yaml")).expect("a map");
+        assert_eq!(by_header.occupancy(), [100, 0, 0, 0]);
+        let expected = "grey 205, which map savers write for unknown, is free by `free_thresh`: 1 cell";
+        assert_eq!(by_header.notes(), [expected]);
+    }
+
+    #[test]
+    fn keys_of_others_are_passed_over_and_noted() {
+        let image = b"P2 1 1 255 0";
+        let plain = load(HEADER, image).expect("a map");
+        for (more, expected) in [
+            ("map_type: occupancy\n", "line 7: the key `map_type` is no key of map headers and passed over"),
+            (
+                "'mod': [scale, {a: b}]\n",
+                "line 7: the key `mod` is no key of map headers and passed over; did you mean `mode`?",
+            ),
+        ] {
+            let map = load(&format!("{HEADER}{more}"), image).expect("a map");
+            assert_eq!(map.notes(), [expected]);
+            assert_eq!(map.occupancy(), plain.occupancy());
+        }
+        // The first of several documents, as yaml-cpp has it; keys that are no texts.
+        assert_eq!(load(&format!("---\n{HEADER}---\nresolution: 7\n"), image).expect("a map"), plain);
+        assert_eq!(load(&format!("{HEADER}3: 4\n"), image).expect("a map"), plain);
     }
 
     #[test]
@@ -372,10 +438,14 @@ mod tests {
     #[test]
     fn faults_of_a_header_are_named_with_their_place() {
         for (old, new, expected) in [
-            ("resolution", "resolutoin", "line 2, column 1: unknown key `resolutoin`, did you mean `resolution`?"),
+            (
+                "resolution",
+                "resolutoin",
+                "line 2, column 1: missing key `resolution`; unknown key `resolutoin`, did you mean `resolution`?",
+            ),
             ("negate: 0\n", "", "missing key `negate`"),
             ("negate: 0", "negate: 2", "invalid value: integer `2`, expected 0 or 1"),
-            ("negate: 0", "negate: 0\nnegate: 0", "twice the key `negate`"),
+            ("negate: 0", "negate: 0\nnegate: 0", "line 5, column 1: twice the key `negate`"),
             ("0.5", "0", "line 2, column 13: resolution: expected a number above 0, found 0"),
             ("0.5", "wide", "line 2, column 13: resolution: invalid value: string \"wide\", expected a number"),
             ("0.5", ".nan", "expected a number above 0, found NaN"),
@@ -383,7 +453,7 @@ mod tests {
             ("[1, 2, 0]", "[1, 2, .inf]", "expected a finite number, found inf"),
             ("0.65", "65", "expected a number from 0 to 1, found 65"),
             ("0.65", "0.25", "found `free_thresh` 0.25 and `occupied_thresh` 0.25, expected a free threshold below"),
-            ("negate: 0", "negate: 0\nmode: trinry", "unknown mode `trinry`, did you mean `trinary`?"),
+            ("negate: 0", "negate: 0\nmode: trinry", "line 5, column 1: unknown mode `trinry`, did you mean"),
             ("map.pgm", "''", "`image` is empty"),
             ("map.pgm", "[", ": line "),
         ] {
@@ -398,13 +468,16 @@ mod tests {
     #[test]
     fn faults_of_an_image_are_named_with_the_image() {
         for (image, expected) in [
-            (&b""[..], "expected a PGM or PNG image"),
-            (b"no image at all", "expected a PGM or PNG image"),
-            (b"\xff\xd8\xff\xe0\0\x10JFIF", "found the format Jpeg, expected a PGM or PNG image"),
+            (&b""[..], "expected a PGM, PNG or BMP image"),
+            (b"no image at all", "expected a PGM, PNG or BMP image"),
+            (b"\xff\xd8\xff\xe0\0\x10JFIF", "found the format Jpeg, expected a PGM, PNG or BMP image"),
             (b"P5 3 3 255\n123", "is the file whole?"),
             (b"P2 3 1 255 1 2", "is the file whole?"),
             (b"P2 1 1 255 256", "is the file whole?"),
-            (b"P5 0 3 255\n", "expected a PGM or PNG image"),
+            (b"P5\r\n1 1\r\n255\r\n\0", "found 2 bytes of pixels, expected 1, as 1 x 1 pixels have"),
+            (b"P2 1 1 255 0 0", "found 2 numbers of pixels, expected 1, as 1 x 1 pixels have"),
+            (b"BM", "is the file whole?"),
+            (b"P5 0 3 255\n", "expected a PGM, PNG or BMP image"),
             (b"P5 99999 99999 255\n", "of at most 16384 x 16384 pixels"),
             (b"\x89PNG\r\n\x1a\n", "is the file whole?"),
         ] {
@@ -426,7 +499,7 @@ mod tests {
         assert_eq!(load(&header, &pgm).expect("a map").grid(Unknown::Free), grid);
         assert_eq!(load(&header, &pgm).expect("a map").unknown_count(), 0);
         let (header, _) = write(&grid, "a: strange #name.pgm");
-        assert_eq!(Header::parse(&header).expect("a header").image, "a: strange #name.pgm");
+        assert_eq!(Header::parse(&header).expect("a header").0.image, "a: strange #name.pgm");
     }
 
     /// The folder of the benchmark; `None` if it is absent.

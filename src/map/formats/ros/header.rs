@@ -1,10 +1,10 @@
 //! The YAML header of a ROS map.
 
-use super::writer::{FREE_THRESH, OCCUPIED_THRESH};
+use super::writer::OCCUPIED_THRESH;
 use crate::map::MapError;
-use crate::settings::choice::unknown_name;
+use crate::settings::choice::{nearest, unknown_name};
 use crate::settings::quantity::{Finite, Fraction, Positive};
-use serde::de::{Error, Unexpected, Visitor};
+use serde::de::{Error, IgnoredAny, MapAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::fmt;
 use std::marker::PhantomData;
@@ -13,9 +13,12 @@ use std::ops::Deref;
 /// The header's keys, all that Nav2 reads and writes.
 const KEYS: [&str; 7] = ["image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode"];
 
-/// The YAML file.
+/// The free threshold of an image without a header, that of ROS 1's map saver: the grey 205 that savers write for unknown cells is above
+/// it by a hair (50/255 = 0.19608). By the 0.25 that Nav2's saver writes beside maps without that grey it would be free.
+const BARE_FREE_THRESH: f64 = 0.196;
+
+/// The YAML file. Other keys are passed over, as Nav2 does.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(super) struct Header {
     pub(super) image: String,
     pub(super) resolution: Scalar<Positive>,
@@ -28,8 +31,8 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// Header for an image without one: trinary, white is free, origin [0, 0, 0], and the thresholds
-    /// that Nav2 writes.
+    /// Header for an image without one: trinary, white is free, origin [0, 0, 0], and thresholds that leave the grey of unknown cells
+    /// unknown.
     pub(super) fn of_image(resolution_m: Positive) -> Self {
         Self {
             image: String::new(),
@@ -37,23 +40,28 @@ impl Header {
             origin: [Scalar(Finite::new(0.0)); 3],
             negate: Switch(false),
             occupied_thresh: Scalar(Fraction::new(OCCUPIED_THRESH)),
-            free_thresh: Scalar(Fraction::new(FREE_THRESH)),
+            free_thresh: Scalar(Fraction::new(BARE_FREE_THRESH)),
             mode: Mode::Trinary,
         }
     }
 
-    /// Reads the text of a header.
+    /// Reads the text of a header, its first YAML document; also returns notes on keys that it passes over.
     ///
     /// # Errors
     /// [`MapError::Header`] with the place of the fault, and [`MapError::Contradiction`] for thresholds in the wrong order.
-    pub(super) fn parse(text: &str) -> Result<Self, MapError> {
-        let header: Self = serde_yaml::from_str(text).map_err(|error| header_error(&error))?;
+    pub(super) fn parse(text: &str) -> Result<(Self, Vec<String>), MapError> {
+        let document = || serde_yaml::Deserializer::from_str(text).next();
+        let read = document().map_or_else(|| Self::deserialize(serde_yaml::Value::Null), Self::deserialize);
+        // After `Self` has been read the text is known to be YAML.
+        let foreign = || {
+            let keys = document().and_then(|document| Keys::deserialize(document).ok()).unwrap_or_default().0;
+            keys.into_iter().filter(|key| !KEYS.contains(&key.as_str())).collect::<Vec<String>>()
+        };
+        let header = read.map_err(|error| header_error(&error, text, &foreign()))?;
         if header.image.is_empty() {
-            return Err(MapError::Header {
-                line: 1,
-                column: 1,
-                message: "`image` is empty, expected the name of a PGM or PNG file".to_owned(),
-            });
+            let (line, column) = place_of(text, "image", 0);
+            let message = "`image` is empty, expected the name of a PGM, PNG or BMP file".to_owned();
+            return Err(MapError::Header { line, column, message });
         }
         let (free, occupied) = (header.free_thresh.get(), header.occupied_thresh.get());
         if free >= occupied {
@@ -64,21 +72,88 @@ impl Header {
                 advice: "0.25 and 0.65 are what Nav2 writes",
             });
         }
-        Ok(header)
+        let note = |key: String| {
+            let (line, _) = place_of(text, &key, 0);
+            let meant = nearest(&key, &KEYS).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+            format!("line {line}: the key {} is no key of map headers and passed over{meant}", quoted(&key))
+        };
+        Ok((header, foreign().into_iter().map(note).collect()))
     }
 }
 
-/// The error of the YAML reader with its place, and with the nearest known key if a key is unknown.
-fn header_error(error: &serde_yaml::Error) -> MapError {
-    let (line, column) = error.location().map_or((1, 1), |place| (place.line(), place.column()));
-    let text = error.to_string();
-    let message = text.split(" at line ").next().unwrap_or_default();
-    let message = match message.split_once("unknown field `").and_then(|(_, rest)| rest.split('`').next()) {
-        Some(key) => unknown_name("key", key, &KEYS),
-        None => message.replace("missing field", "missing key").replace("duplicate field", "twice the key"),
+/// A key as messages show it.
+fn quoted(key: &str) -> String {
+    let shown: String = key.chars().take(40).collect();
+    format!("`{}`", shown.escape_debug())
+}
+
+/// The keys of a mapping that are texts, values passed over.
+#[derive(Default)]
+struct Keys(Vec<String>);
+
+impl<'de> Deserialize<'de> for Keys {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl<'de> Visitor<'de> for Reader {
+            type Value = Keys;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a mapping")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Keys, A::Error> {
+                let mut keys = Keys::default();
+                while let Some((key, IgnoredAny)) = map.next_entry::<serde_yaml::Value, IgnoredAny>()? {
+                    keys.0.extend(key.as_str().map(str::to_owned));
+                }
+                Ok(keys)
+            }
+        }
+        deserializer.deserialize_map(Reader)
+    }
+}
+
+/// Line and column, from 1, at which a key is written for the time number `nth`, from 0; the beginning of the text if it is not found.
+fn place_of(text: &str, key: &str, nth: usize) -> (usize, usize) {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    let on_line = |(line, content): (usize, &str)| {
+        let content = content.split_once(" #").map_or(content, |(content, _)| content).to_owned();
+        let starts = content.match_indices(key).filter(|(at, _)| {
+            let after = content[at + key.len()..].trim_start_matches(['"', '\'']).trim_start();
+            !content[..*at].ends_with(is_word) && after.starts_with(':') && !content.trim_start().starts_with('#')
+        });
+        starts.map(|(at, _)| (line + 1, content[..at].chars().count() + 1)).collect::<Vec<_>>()
     };
+    text.lines().enumerate().flat_map(on_line).nth(nth).unwrap_or((1, 1))
+}
+
+/// The error of the YAML reader with its place; where a key is missing, a foreign one that is much like it is named.
+fn header_error(error: &serde_yaml::Error, text: &str, foreign: &[String]) -> MapError {
+    let place = error.location().map_or((1, 1), |place| (place.line(), place.column()));
+    let shown = error.to_string();
+    let message = shown.split(" at line ").next().unwrap_or_default();
+    let named = |kind: &str| message.split_once(kind).and_then(|(_, rest)| rest.split('`').next());
+    let (place, message) = if let Some(key) = named("missing field `") {
+        match foreign.iter().find(|found| nearest(found, &KEYS) == Some(key)) {
+            Some(found) => {
+                (place_of(text, found, 0), format!("missing key `{key}`; {}", unknown_name("key", found, &KEYS)))
+            }
+            None => (place, format!("missing key `{key}`")),
+        }
+    } else if let Some(key) = named("duplicate field `") {
+        (place_of(text, key, 1), format!("twice the key `{key}`"))
+    } else {
+        // Values that are read as texts first have lost their place, but not their key.
+        let key = message.split_once(": ").map(|(key, _)| key).filter(|key| KEYS.contains(key));
+        let key = key.or(message.starts_with(UNKNOWN_MODE).then_some("mode"));
+        let place = key.filter(|_| place == (1, 1)).map_or(place, |key| place_of(text, key, 0));
+        let expected = format!("expected a mapping of the keys `{}`", KEYS.join("`, `"));
+        (place, message.replace("expected struct Header", &expected))
+    };
+    let (line, column) = place;
     MapError::Header { line, column, message }
 }
+
+/// How the message on a mode begins that does not exist.
+const UNKNOWN_MODE: &str = "unknown mode `";
 
 /// Rule by which a pixel becomes an occupancy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,5 +1,6 @@
 //! Recordings of movers: CSV files with one row per mover and moment.
 
+use crate::files;
 use crate::geometry::Vec2;
 use crate::world::motion::Sample;
 use std::collections::BTreeMap;
@@ -10,6 +11,9 @@ use std::path::Path;
 pub struct Recording {
     tracks: BTreeMap<u64, Vec<Sample>>,
 }
+
+/// Largest number of bytes of a recording: days of a busy square.
+const BYTES_MAX: u64 = 1 << 28;
 
 /// The columns that a recording needs, with all the names by which each may go.
 const TIME: &[&str] = &["time_s", "time", "t", "frame"];
@@ -23,8 +27,9 @@ impl Recording {
     /// # Errors
     /// The first thing wrong with the file: line, column, what was found, what was expected.
     pub fn read(file: &Path, frame_rate_hz: f64) -> Result<Self, String> {
-        let bytes = std::fs::read(file).map_err(|error| format!("cannot read `{}`: {error}", file.display()))?;
-        Self::parse(&bytes, frame_rate_hz).map_err(|message| format!("{}: {message}", file.display()))
+        let text =
+            files::text(file, BYTES_MAX).map_err(|error| format!("cannot read `{}`: {error}", file.display()))?;
+        Self::parse(text.as_bytes(), frame_rate_hz).map_err(|message| format!("{}: {message}", file.display()))
     }
 
     /// Reads a recording from the bytes of its file.
