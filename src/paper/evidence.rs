@@ -4,7 +4,7 @@ use crate::comparison::{Section, StackRows};
 use crate::experiment::{Experiment, in_order, threads_available};
 use crate::metrics::failure::{Cause, cause};
 use crate::plan::global::{GlobalChoice, a_star};
-use crate::plan::stack::StackSpec;
+use crate::plan::stack::{Movers, StackSpec};
 use crate::results::{Digest, Row};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -134,8 +134,9 @@ fn check(experiment: &Experiment, sections: &[Section]) -> Bounds {
     for section in sections {
         let worlds: BTreeSet<(u64, u64)> = section.stacks.iter().flat_map(|stack| stack.rows.keys().copied()).collect();
         let worlds: Vec<(u64, u64)> = worlds.into_iter().collect();
-        let exact: Vec<&str> =
-            experiment.stacks(section.point).filter(|spec| is_exact(spec)).map(|spec| spec.name.as_str()).collect();
+        let movers = &experiment.scenario_at(section.point).planning.movers;
+        let stacks = experiment.stacks(section.point);
+        let exact: Vec<&str> = stacks.filter(|spec| is_exact(spec, movers)).map(|spec| spec.name.as_str()).collect();
         for found in
             in_order(worlds.len(), threads_available(), |index| check_world(experiment, section, worlds[index], &exact))
         {
@@ -148,9 +149,11 @@ fn check(experiment: &Experiment, sections: &[Section]) -> Bounds {
 }
 
 /// Whether the planned paths of a stack are shortest ones on the same grid: an exact search with its defaults (another corner rule is
-/// another graph) or with another consistent heuristic, its path as it is.
-fn is_exact(spec: &StackSpec) -> bool {
+/// another graph) or with another consistent heuristic, its path as it is, and no cell blocked by the movers that it senses; `movers` is what
+/// they are to stacks that do not say.
+fn is_exact(spec: &StackSpec, movers: &Movers) -> bool {
     let Some(global) = &spec.global else { return false };
+    let is_same_grid = !spec.movers.as_ref().unwrap_or(movers).kind().block();
     let has_defaults = match global {
         GlobalChoice::a_star(params) => {
             let plain = a_star::Params { heuristic: params.heuristic, ..a_star::Params::default() };
@@ -158,7 +161,7 @@ fn is_exact(spec: &StackSpec) -> bool {
         }
         other => GlobalChoice::by_name(other.name()).as_ref() == Ok(other),
     };
-    spec.path.is_empty() && global.entry().exact && has_defaults
+    spec.path.is_empty() && global.entry().exact && has_defaults && is_same_grid
 }
 
 /// The checks of one world; `exact` are the stacks whose planned paths must be equally long.
@@ -209,4 +212,39 @@ fn check_world(experiment: &Experiment, section: &Section, world: (u64, u64), ex
     }
     bounds.rows = rows.len() as u64;
     bounds
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::ScenarioFile;
+
+    #[test]
+    fn only_plain_exact_searches_of_the_same_grid_must_agree() {
+        let names = |planning: &str| {
+            let text = format!(
+                "
+name: exact
+map: {{empty: {{cols: 9, rows: 9}}}}
+planning: {planning}
+stacks:
+  - {{name: dijkstra, global: dijkstra, local: dwa}}
+  - {{name: euclid, global: {{a_star: {{heuristic: euclidean}}}}, local: dwa}}
+  - {{name: manhattan, global: {{a_star: {{heuristic: manhattan}}}}, local: dwa}}
+  - {{name: corners, global: {{dijkstra: {{corner_rule: allow}}}}, local: dwa}}
+  - {{name: pruned, global: dijkstra, path: [line_of_sight], local: dwa}}
+  - {{name: greedy, global: atan_a_star, local: dwa}}
+  - {{name: alone, global: none, local: dwa}}
+  - {{name: round_movers, global: d_star, local: dwa, movers: block}}
+  - {{name: repairs, global: d_star, local: dwa, movers: ignore}}
+"
+            );
+            let experiment = Experiment::load(&ScenarioFile::from_text("exact.yaml", text), &[]).unwrap();
+            let movers = &experiment.scenario().planning.movers;
+            let exact = experiment.stacks(0).filter(|spec| is_exact(spec, movers)).map(|spec| spec.name.clone());
+            exact.collect::<Vec<_>>()
+        };
+        assert_eq!(names("{}"), ["dijkstra", "euclid", "repairs"]);
+        assert_eq!(names("{movers: block}"), ["repairs"]);
+    }
 }
