@@ -8,24 +8,18 @@
 //!     python3 tests/oracles/gao2025_dwa.py
 //!     python3 tests/oracles/zhu2025_fuzzy_dwa.py
 
-use super::support::{is_blessing, root};
+use super::paper_drives::{answers_to, data, drive, experiment};
+use super::support::is_blessing;
 use serde::{Deserialize, Serialize};
-use simrun::digest::{Digest, Fnv1a};
-use simrun::episode::{Runner, Setting};
-use simrun::experiment::Experiment;
 use simrun::geometry::{Path, Pose, Twist, Vec2};
 use simrun::map::{Cell, OccupancyGrid};
 use simrun::math;
 use simrun::observation::{Belief, SensedObstacle};
 use simrun::plan::contract::{Decision, Entry, Failure, Guidance, LocalPlanner, Situation, State};
 use simrun::plan::local::LocalChoice;
-use simrun::plan::stack::{Stack, StackSpec};
-use simrun::rng::EpisodeSeed;
+use simrun::plan::stack::StackSpec;
 use simrun::robot::Robot;
-use simrun::scenario::{Edit, ScenarioFile};
-use simrun::world::Conditions;
 use std::fs;
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 /// A row: where it was met, the planner, the problem, the answer.
@@ -135,16 +129,6 @@ const CAP_M: f64 = 0.5;
 const CAP_BRAKING_M: f64 = 2.5;
 /// From its centre the robot's distance to the nearest obstacle matters up to here: the range of the fuzzy input, 3 m, and its radius.
 const FUZZY_M: f64 = 3.3;
-
-fn data(name: &str) -> PathBuf {
-    root().join("tests/data").join(name)
-}
-
-fn experiment(scenario: &str, changes: &[&str]) -> Experiment {
-    let file = ScenarioFile::open(root().join(format!("scenarios/papers/{scenario}.yaml"))).unwrap();
-    let edits: Vec<Edit> = changes.iter().map(|change| Edit::parse(change).unwrap()).collect();
-    Experiment::load(&file, &edits).unwrap()
-}
 
 /// What a row says of its planner.
 fn template(choice: &LocalChoice) -> Row {
@@ -310,39 +294,20 @@ fn describe(template: &Row, situation: &Situation<'_>, guidance: &Guidance<'_>) 
     }
 }
 
-/// The stack of a scenario with a witness in the place of its local planner.
-fn witnessed(spec: &StackSpec, experiment: &Experiment, template: Row, seen: &Seen) -> Stack {
-    let witness = Witness { planner: spec.local.build(), template, seen: Arc::clone(seen) };
-    let global = spec.global.as_ref().map(|global| global.build());
-    let stages = spec.path.iter().map(|stage| stage.build()).collect();
-    Stack::new(global, stages, Box::new(witness)).with_planning(&experiment.scenario().planning)
-}
-
 /// Drives and writes the table.
 fn bless(table: &Table, planners: &Planners) {
     let mut out = csv::Writer::from_path(data(&format!("decisions_{}.csv", table.paper))).unwrap();
     let (mut asked, mut equal) = (0, 0);
     for &(name, changes, names, episodes) in table.drives {
         let experiment = experiment(name, changes);
-        let scenario = experiment.scenario();
-        let seed = scenario.seed;
         let stacks: Vec<&StackSpec> = experiment.stacks(0).filter(|spec| names.contains(&&spec.name[..])).collect();
         assert_eq!(stacks.len(), names.len());
         for (spec, episode) in stacks.iter().flat_map(|spec| (0..episodes).map(move |episode| (spec, episode))) {
             let template =
                 Row { scenario: name.to_owned(), stack: spec.name.clone(), episode, ..template(&spec.local) };
-            let Ok(scene) = experiment.scene(0, episode) else { continue };
-            let conditions = Conditions {
-                seed: EpisodeSeed { seed, episode },
-                sensing: scenario.sensing.clone(),
-                localisation: scenario.localisation.clone(),
-                actuation: scenario.actuation.clone(),
-                control_period_s: scenario.control_period_s,
-            };
-            let (robot, termination) = (experiment.robot(0), &scenario.termination);
-            let setting = Setting { scene: &scene, robot, conditions: &conditions, termination, way_m: None };
             let seen = Seen::default();
-            Runner::default().run(setting, &mut witnessed(spec, &experiment, template, &seen));
+            let witness = Witness { planner: spec.local.build(), template, seen: Arc::clone(&seen) };
+            drive(&experiment, episode, spec, Box::new(witness));
             // A robot that is stuck is asked the same again and again.
             let mut rows = core::mem::take(&mut *seen.lock().unwrap());
             rows.dedup_by(|b, a| Row { tick: a.tick, ..b.clone() } == *a);
@@ -399,15 +364,9 @@ fn the_planners_decide_as_recorded() {
 #[test]
 fn the_second_implementations_decide_the_same() {
     for Table { paper, oracle, least, .. } in &TABLES {
-        let first = fs::read_to_string(data(&format!("decisions_{paper}.csv"))).unwrap();
-        let second = fs::read_to_string(data(&format!("decisions_{paper}_second.csv"))).unwrap();
-        let (origin, second) = second.split_once('\n').unwrap();
-        let mut hash = Fnv1a::default();
-        hash.bytes(first.as_bytes());
-        let digest = Digest(hash.value()).to_string();
-        assert!(origin.ends_with(&digest), "{origin}, but it is {digest}: run python3 tests/oracles/{oracle}");
-
-        let (first, second) = (rows::<Row>(&first), rows::<Second>(second));
+        let names = (format!("decisions_{paper}.csv"), format!("decisions_{paper}_second.csv"));
+        let (first, second) = (fs::read_to_string(data(&names.0)).unwrap(), answers_to(&names.0, &names.1, oracle));
+        let (first, second) = (rows::<Row>(&first), rows::<Second>(&second));
         assert_eq!(first.len(), second.len());
         for (row, second) in first.iter().zip(&second) {
             let is_same = same((row.command_v, row.command_omega), (second.v, second.omega));

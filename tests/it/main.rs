@@ -19,6 +19,7 @@ mod fuzzy_sets;
 mod layering;
 mod oracle;
 mod pairing;
+mod paper_drives;
 mod plan;
 mod port_picture;
 mod recorded_decisions;

@@ -1,4 +1,4 @@
-//! By how many per cent one stack has less than another, on the worlds that both solved, or on all.
+//! By how many per cent one stack has less than another, on the worlds that both solved.
 //!
 //! The reduction is 100 · (1 − mean(of) / mean(than)). Holds if its 95 % interval (bootstrap of pairs) lies within the bounds and the
 //! signed-rank test at the nearer bound agrees (p ≤ 0.05), fails if the same shows that it lies outside, undecided otherwise.
@@ -29,9 +29,6 @@ pub struct Params {
     /// Largest reduction, per cent; default none.
     #[serde(default)]
     pub at_most: Option<f64>,
-    /// The worlds it looks at; default `both_solved`.
-    #[serde(default)]
-    pub over: Over,
 }
 
 impl Kind for Params {
@@ -51,7 +48,7 @@ impl Kind for Params {
 
     fn judge(&self, data: &Data<'_>) -> Verdict {
         let judged = || {
-            let pairs = pairs(data.stack(&self.of)?, data.stack(&self.than)?, &self.metric, self.over);
+            let pairs = pairs(data.stack(&self.of)?, data.stack(&self.than)?, &self.metric, Over::BothSolved);
             let (of, than): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
             let found = bootstrap_ratio(&of, &than, 0.95).ok_or_else(|| missing("no world counts for both"))?;
             let per_cent = |ratio: f64| 100.0 * (1.0 - ratio);

@@ -184,13 +184,12 @@ fn openness(distance_m: f64, d2_m: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::geometry::{Path, Pose, Twist, Vec2, direction};
-    use crate::map::{Cell, OccupancyGrid};
-    use crate::observation::{Belief, SensedObstacle};
+    use crate::map::Cell;
+    use crate::observation::SensedObstacle;
     use crate::plan::local::dwa;
-    use crate::plan::local::tests::{Course, Drive};
+    use crate::plan::local::tests::{Course, Drive, drives_what_its_formula_says};
     use crate::plan::local::window::{Aim, HeadingAt, Prediction};
     use crate::rng::{EpisodeSeed, Purpose};
-    use crate::robot::Robot;
     use crate::settings::quantity::Positive;
 
     /// The paper's form.
@@ -284,37 +283,11 @@ mod tests {
 
     #[test]
     fn it_drives_what_the_formula_says() {
-        let mut stream = EpisodeSeed { seed: 3, episode: 0 }.stream(Purpose::Planner, 0);
-        let mut tracked = 0;
-        for _ in 0..300 {
-            let mut grid = OccupancyGrid::empty(20, 20, 1.0);
-            for index in 0..400 {
-                if stream.uniform() < 0.08 {
-                    grid.set_occupied(grid.cell(index));
-                }
-            }
-            let belief = Belief::from(&grid);
-            let robot = Robot::default();
-            let mut point = || Vec2::new(stream.range(1.0, 19.0), stream.range(1.0, 19.0));
-            let (start, previous_node, goal) = (point(), point(), point());
-            let mover = SensedObstacle::disc(0, point(), 0.1 * (point() - point()), 0.3);
-            let pose = Pose::new(start.x, start.y, stream.range(-3.0, 3.0));
-            let twist = Twist { v: stream.uniform(), omega: stream.range(-1.0, 1.0) };
-            let path = Path::polyline(&[start, goal]);
-            let movers = [mover];
-            let situation = Situation { twist, obstacles: &movers, ..Situation::new(&robot, &belief, pose, goal) };
-            let guidance = Guidance { previous_node, ..Guidance::to_end(&path, 0.0) };
+        drives_what_its_formula_says(3, |_, situation, guidance| {
             let params = printed();
-            let decision = Planner::new(&params).decide(&situation, &guidance).expect("an answer");
-            match best_by_the_formula(&params, &situation, &guidance) {
-                Some(best) => {
-                    assert_eq!((decision.command, decision.state), (best, State::TRACK));
-                    tracked += 1;
-                }
-                None => assert_eq!(decision.state, State::RECOVER),
-            }
-        }
-        assert!(tracked > 150, "{tracked}");
+            let decision = Planner::new(&params).decide(situation, guidance).expect("an answer");
+            (decision, best_by_the_formula(&params, situation, guidance))
+        });
     }
 
     #[test]

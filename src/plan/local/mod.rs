@@ -67,7 +67,42 @@ pub(crate) mod tests {
     use crate::geometry::{Path, Pose, Twist, Vec2};
     use crate::map::{Cell, OccupancyGrid};
     use crate::observation::{Belief, SensedObstacle};
-    use crate::plan::contract::{Decision, Failure, Guidance, Request, Situation};
+    use crate::plan::contract::{Decision, Failure, Guidance, Request, Situation, State};
+    use crate::rng::{EpisodeSeed, Purpose};
+
+    /// Asks, in 300 random places among random obstacles and beside a mover, for a planner's decision and for the best admissible twist by its
+    /// formula, which must be the same.
+    pub(crate) fn drives_what_its_formula_says(
+        seed: u64,
+        mut ask: impl FnMut(usize, &Situation<'_>, &Guidance<'_>) -> (Decision, Option<Twist>),
+    ) {
+        let mut stream = EpisodeSeed { seed, episode: 0 }.stream(Purpose::Planner, 0);
+        let mut tracked = 0;
+        for case in 0..300 {
+            let mut grid = OccupancyGrid::empty(20, 20, 1.0);
+            for index in 0..400 {
+                if stream.uniform() < 0.06 {
+                    grid.set_occupied(grid.cell(index));
+                }
+            }
+            let (belief, robot) = (Belief::from(&grid), Robot::default());
+            let mut point = || Vec2::new(stream.range(1.0, 19.0), stream.range(1.0, 19.0));
+            let (here, from, goal) = (point(), point(), point());
+            let movers = [SensedObstacle::disc(0, point(), 0.1 * (point() - point()), 0.3)];
+            let pose = Pose::new(here.x, here.y, stream.range(-3.0, 3.0));
+            let twist = Twist { v: stream.uniform(), omega: stream.range(-1.0, 1.0) };
+            let path = Path::polyline(&[from, goal]);
+            let situation = Situation { twist, obstacles: &movers, ..Situation::new(&robot, &belief, pose, goal) };
+            match ask(case, &situation, &Guidance::to_end(&path, 0.0)) {
+                (decision, Some(best)) => {
+                    assert_eq!((decision.command, decision.state), (best, State::TRACK), "case {case}");
+                    tracked += 1;
+                }
+                (decision, None) => assert_eq!(decision.state, State::RECOVER, "case {case}"),
+            }
+        }
+        assert!(tracked > 150, "{tracked}");
+    }
 
     /// A small closed loop: one robot, one map, movers at constant velocity, exact arcs, ten looks a tick.
     pub(crate) struct Course {

@@ -3,9 +3,8 @@ use crate::geometry::{Path, Pose, Twist, Vec2, direction};
 use crate::map::OccupancyGrid;
 use crate::observation::Belief;
 use crate::plan::local::dwa;
-use crate::plan::local::tests::{Course, Drive};
+use crate::plan::local::tests::{Course, Drive, drives_what_its_formula_says};
 use crate::plan::local::window::{Aim, HeadingAt, Prediction};
-use crate::rng::{EpisodeSeed, Purpose};
 use crate::robot::Robot;
 
 /// The paper's form.
@@ -277,32 +276,9 @@ fn best_by_the_formula(params: &Params, situation: &Situation<'_>, path: &Path) 
 
 #[test]
 fn it_drives_what_the_formula_says() {
-    let mut stream = EpisodeSeed { seed: 6, episode: 0 }.stream(Purpose::Planner, 0);
-    let mut tracked = 0;
-    for _ in 0..300 {
-        let mut grid = OccupancyGrid::empty(20, 20, 1.0);
-        for index in 0..400 {
-            if stream.uniform() < 0.05 {
-                grid.set_occupied(grid.cell(index));
-            }
-        }
-        let (belief, robot) = (Belief::from(&grid), Robot::default());
-        let mut point = || v(stream.range(1.0, 19.0), stream.range(1.0, 19.0));
-        let (start, from, goal) = (point(), point(), point());
-        let movers = [SensedObstacle::disc(0, point(), 0.1 * (point() - point()), 0.3)];
-        let pose = Pose::new(start.x, start.y, stream.range(-3.0, 3.0));
-        let twist = Twist { v: stream.uniform(), omega: stream.range(-1.0, 1.0) };
-        let path = Path::polyline(&[from, goal]);
-        let situation = Situation { twist, obstacles: &movers, ..Situation::new(&robot, &belief, pose, goal) };
+    drives_what_its_formula_says(6, |_, situation, guidance| {
         let params = Params { states: false, ..printed() };
-        let decision = Planner::new(&params).decide(&situation, &Guidance::to_end(&path, 0.0)).expect("an answer");
-        match best_by_the_formula(&params, &situation, &path) {
-            Some(best) => {
-                assert_eq!((decision.command, decision.state), (best, State::TRACK));
-                tracked += 1;
-            }
-            None => assert_eq!(decision.state, State::RECOVER),
-        }
-    }
-    assert!(tracked > 150, "{tracked}");
+        let decision = Planner::new(&params).decide(situation, guidance).expect("an answer");
+        (decision, best_by_the_formula(&params, situation, guidance.path))
+    });
 }
