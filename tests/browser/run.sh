@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# Makes reports and opens them in a browser: `tests/browser/run.sh [FOLDER]`. FOLDER, target/browser by default, receives reports, traces and screenshots.
+# Needs node >= 18 with npm, and Chromium (SIMRUN_CHROMIUM, /usr/bin/chromium by default); without them it says so and passes.
+# SIMRUN names a simrun that is built already.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+root=$(cd "$here/../.." && pwd)
+folder=$(mkdir -p "${1:-$root/target/browser}" && cd "${1:-$root/target/browser}" && pwd)
+chromium=${SIMRUN_CHROMIUM:-/usr/bin/chromium}
+
+skip() { echo "skipped: browser ($1)"; exit 0; }
+[ -x "$chromium" ] || skip "no $chromium; SIMRUN_CHROMIUM names another"
+command -v npm >/dev/null || skip "no npm"
+node -e 'process.exit(Number(process.versions.node.split(".")[0]) < 18)' || skip "node is older than 18"
+(cd "$here" && PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD=1 npm ci --no-fund --no-audit --silent) || skip "npm could not fetch playwright-core"
+
+SIMRUN_CHROMIUM=$chromium node "$here/test.mjs" "$folder/reports" "$folder/screenshots"
