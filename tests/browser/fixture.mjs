@@ -30,7 +30,7 @@ function hall() {
 }
 
 /** A drive of `count` ticks along a wave; the second stack drives a flatter one. */
-export function drive({ count = 301, swing = 1.2, contact = false, origin = null } = {}) {
+function drive({ count = 301, swing = 1.2, contact = false } = {}) {
   const ticks = Array.from({ length: count }, (_, tick) => tick);
   const speed = ticks.map((tick) => Math.min(1, 0.05 * tick) * (tick > 120 && tick < 150 ? 0.1 : 1));
   const [x, y, heading] = [[1], [2.5], [swing * 0.6 + 0.2]];
@@ -41,44 +41,49 @@ export function drive({ count = 301, swing = 1.2, contact = false, origin = null
   }
   const last = count - 1;
   const turn = heading.map((value, tick) => (tick ? (value - heading[tick - 1]) / 0.1 : 0));
-  const believed = (values, size) => values.map((value, tick) => value + size * Math.sin(tick / 17));
+  // A row's belief is of where the row before ended.
+  const believed = (values, size) => values.map((_, tick) => values[Math.max(0, tick - 1)] + size * Math.sin(tick / 17));
+  const every = (period, value) => ticks.filter((tick) => tick % period === 0).map(value);
+  const ranges = every(5, (tick) => Array.from({ length: 61 }, (_, ray) => (ray % 9 ? Math.round(150 + 90 * Math.sin(ray / 8 + tick / 40)) : 0)));
   return {
     truth: { x, y, heading },
     raw: {
       dt_s: 0.1,
       map_id: "hall",
       footprint: [[0.45, 0.25], [-0.35, 0.25], [-0.35, -0.25], [0.45, -0.25]],
-      start: { x: x[0], y: y[0], heading: heading[0] },
-      goals: [{ tick: 0, x: x[last] + 0.1, y: y[last] }],
+      start: { x: 1000, y: 2500, heading: milli(heading)[0] },
+      goals: [{ row: 0, x: 15000, y: 9000 }, { row: 100, x: milli(x)[last] + 100, y: milli(y)[last] }],
       goal_tolerance_m: 0.25,
-      unknown: [{ disc: { x: 6.2, y: 5.1, r: 0.5 } }, { polygon: [[10, 1], [11, 1.2], [10.9, 2.2], [9.9, 2]] }],
+      unknown: [{ disc: { x: 6200, y: 5100, r: 500 } }, { polygon: [[10000, 1000], [11000, 1200], [10900, 2200], [9900, 2000]], from_row: 50 }],
       robot: { x: deltas(x), y: deltas(y), heading: deltas(heading), v: deltas(speed), w: deltas(turn) },
+      clearance: deltas(ticks.map((tick) => (tick < 9 ? 1000 : 0.6 + 0.5 * Math.sin(tick / 21)))),
       belief: { x: deltas(believed(x, 0.12)), y: deltas(believed(y, 0.09)), heading: deltas(believed(heading, 0.05)) },
       movers: [
-        { shape: { disc: { x: 0, y: 0, r: 0.3 } }, x: deltas(ticks.map((tick) => 16 - 0.05 * tick)), y: deltas(ticks.map(() => 3.3)), heading: deltas(ticks.map(() => 3.14)) },
-        { shape: { polygon: [[0.6, 0.3], [-0.6, 0.3], [-0.6, -0.3], [0.6, -0.3]] }, from_tick: 40,
-          x: deltas(ticks.slice(40).map(() => 14)), y: deltas(ticks.slice(40).map((tick) => 1 + 0.02 * tick)), heading: deltas(ticks.slice(40).map(() => 1.57)) },
+        { shape: { disc: { r: 300 } }, heading: 3142, x: deltas(ticks.map((tick) => 16 - 0.05 * tick)), y: deltas(ticks.map(() => 3.3)) },
+        { shape: { polygon: [[300, 600], [-300, 600], [-300, -600], [300, -600]] }, heading: 1571, present: [[40, 400]],
+          x: deltas(ticks.map(() => 14)), y: deltas(ticks.map((tick) => 1 + 0.02 * tick)) },
       ],
-      sensed: ticks.filter((tick) => tick % 10 === 0).map((tick) => [tick, [[16000 - 50 * tick, 3300], [6200, 5100]]]),
-      lidar: { from_rad: -1.2, step_rad: 2.4 / 60, scans: ticks.filter((tick) => tick % 5 === 0).map((tick) => [tick, Array.from({ length: 61 }, (_, ray) => (ray % 9 ? 1500 + 900 * Math.sin(ray / 8 + tick / 40) | 0 : 0))]) },
-      paths: [
-        { tick: 0, points: flatDeltas([[x[0], y[0]], [6, 2.6], [9, 5], [x[last], y[last]]]) },
-        { tick: 150, points: flatDeltas([[x[150], y[150]], [8, 4.6], [x[last], y[last]]]) },
-      ],
-      sub_goal: ticks.filter((tick) => tick % 40 === 0).map((tick) => [tick, ...milli([x[Math.min(last, tick + 40)], y[Math.min(last, tick + 40)]])]),
+      seen: [[0, []], [130, [0]], [220, [0, 1]]],
+      sensed: every(10, (tick) => [tick, [[16060 - 50 * tick, 3250], [13950, 1000 + 20 * tick]]]),
+      grown: [[60, [5 * 4 * 80 + 23, 1, 1, 78, 1, 1], []], [200, [], [5 * 4 * 80 + 23]]],
+      lidar: { first: -1200, step: 40, count: 61, every: 5, unit_mm: 10, ranges: ranges.flatMap((scan, k) => scan.map((range, ray) => range - (ranges[k - 1]?.[ray] ?? 0))) },
+      paths: [path(0, [[x[0], y[0]], [6, 2.6], [9, 5], [x[last], y[last]]]), path(150, [[x[150], y[150]], [8, 4.6], [x[last], y[last]]])].filter(({ row }) => row < count),
+      sub_goal: every(40, (tick) => [tick, ...milli([x[Math.min(last, tick + 40)], y[Math.min(last, tick + 40)]])]),
       states: { names: ["track", "avoid", "wait", "recover"], changes: [[0, 0], [70, 1], [120, 2], [150, 0], [200, 3], [206, 0]] },
-      notes: { cap_mps: { values: ticks.map((tick) => (tick < 20 ? null : 60 + Math.round(40 * Math.cos(tick / 25)))), scale: 0.01 }, region: { values: ticks.map((tick) => (tick / 60) | 0), scale: 1 } },
-      speed_max_mps: 1,
-      contact: contact ? { tick: last, x: x[last] + 0.3, y: y[last], with: "dynamic" } : null,
-      end: { tick: last, outcome: contact ? "collision" : "success" },
-      ...(origin && { map: { ...hall(), origin }, map_id: undefined }),
+      notes: {
+        cap_mps: { values: deltas(ticks.map((tick) => 0.6 + 0.4 * Math.cos(tick / 25))), scale: 1000 },
+        region: { values: deltas(ticks.map((tick) => (tick / 60) | 0)), scale: 1000 },
+      },
+      v_max: 1000,
+      contact: contact ? { row: last, x: milli(x)[last] + 300, y: milli(y)[last], with: "dynamic" } : null,
+      end: { row: last, time_s: contact ? 0.1 * last - 0.04 : 0.1 * last, outcome: contact ? "collision" : "success" },
     },
   };
 }
 
-function flatDeltas(list) {
-  const [x, y] = [0, 1].map((axis) => deltas(list.map((point) => point[axis])));
-  return x.flatMap((value, i) => [value, y[i]]);
+function path(row, nodes) {
+  const [x, y] = [0, 1].map((axis) => deltas(nodes.map((node) => node[axis])));
+  return { row, x, y, nodes: nodes.map(milli) };
 }
 
 /** Episodes of the page, with the truth that they were made from. */

@@ -11,7 +11,7 @@ chromium=${SIMRUN_CHROMIUM:-/usr/bin/chromium}
 skip() { echo "skipped: browser ($1)"; exit 0; }
 [ -x "$chromium" ] || skip "no $chromium; SIMRUN_CHROMIUM names another"
 command -v npm >/dev/null || skip "no npm"
-node -e 'process.exit(Number(process.versions.node.split(".")[0]) < 18)' || skip "node is older than 18"
+node -e 'process.exit(parseInt(process.versions.node) < 18 ? 1 : 0)' || skip "node is older than 18"
 (cd "$here" && PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD=1 npm ci --no-fund --no-audit --silent) || skip "npm could not fetch playwright-core"
 
 SIMRUN_CHROMIUM=$chromium node "$here/test.mjs" "$folder/reports" "$folder/screenshots"

@@ -17,27 +17,19 @@ const SimrunReplay = (() => {
     return JSON.parse(await new Response(plain).text());
   }
 
-  /** Running sums of `deltas`, scaled; what is null stays a gap and does not move the sum. */
+  /** The values of a delta array, as Float64Array. */
   function running(deltas, scale = 1e-3) {
     let sum = 0;
-    return Float64Array.from(deltas ?? [], (delta) => (delta === null ? NaN : (sum += delta) * scale));
+    return Float64Array.from(deltas ?? [], (delta) => (sum += delta) * scale);
   }
 
-  /** Columns of a pose, one entry per tick. */
+  /** The columns of a pose, one entry a row. */
   function track(packed) {
     return packed && { x: running(packed.x), y: running(packed.y), heading: running(packed.heading) };
   }
 
-  /** Points [[x_mm, y_mm], …], or the same flat. */
-  function points(packed) {
-    const flat = (packed ?? []).flat();
-    return Array.from({ length: flat.length >> 1 }, (_, i) => [flat[2 * i] * 1e-3, flat[2 * i + 1] * 1e-3]);
-  }
-
-  /** Points as differences, [[dx_mm, dy_mm], …] or flat. */
-  function polyline(packed) {
-    let [x, y] = [0, 0];
-    return points(packed).map(([dx, dy]) => [(x += dx), (y += dy)]);
+  function metres([x, y]) {
+    return [x * 1e-3, y * 1e-3];
   }
 
   /** The last of `list`, in order of tick, that begins at `tick` or before; undefined if there is none. */
@@ -56,60 +48,89 @@ const SimrunReplay = (() => {
     const states = new Uint8Array(map.cols * map.rows);
     let at = 0;
     for (let i = 0; i + 1 < map.cells.length; i += 2) states.fill(map.cells[i], at, (at += map.cells[i + 1]));
-    return { ...map, states, origin: map.origin ?? { x: 0, y: 0, heading: 0 } };
+    return { ...map, states };
   }
 
-  /** An episode object with its columns summed up and its lists in one form; parts that are missing are empty. */
+  /** An episode with its columns summed up and in metres, its lists in one form; parts that are missing are empty. */
   function read(entry, raw, map) {
-    const pose = track(raw.robot);
+    const { robot } = raw;
+    const pose = track(robot);
     const count = pose.x.length;
     const dt_s = raw.dt_s ?? 0.1;
     const times = Float64Array.from(pose.x, (_, tick) => Math.round(tick * dt_s * 1e9) / 1e9);
     // A contact cuts the last tick short.
-    const [before, end_s] = [times[count - 2] ?? 0, entry.stats?.time_s];
-    if (end_s > before && end_s < times[count - 1]) times[count - 1] = end_s;
-    const named = (raw.states?.changes ?? []).map(([tick, index]) => ({ tick, index, name: raw.states.names[index] ?? "" }));
-    const belief = track(raw.belief);
-    const robot = raw.robot;
+    if (raw.end?.time_s !== undefined) times[count - 1] = raw.end.time_s;
+    const speedMax = raw.v_max / 1e3 || running(robot.v).reduce((most, v) => Math.max(most, Math.abs(v)), 0) || 1;
     const series = [
-      robot.v && { name: "speed", unit: "m/s", values: running(robot.v), floor: 0, ceiling: raw.speed_max_mps },
+      robot.v && { name: "speed", unit: "m/s", values: running(robot.v), floor: 0, ceiling: speedMax },
       robot.w && { name: "turn rate", unit: "rad/s", values: running(robot.w), floor: 0 },
+      // Beyond a kilometre there is nothing.
+      raw.clearance && { name: "clearance", unit: "m", values: running(raw.clearance).map((value) => (value < 1e3 ? value : NaN)), floor: 0 },
       ...Object.entries(raw.notes ?? {}).map(([key, { values, scale = 1 }]) => {
-        const scaled = Float64Array.from(values, (value) => (value === null ? NaN : value * scale));
-        return { ...quantity(key), values: scaled, stepped: scaled.every((value) => Number.isNaN(value) || Number.isInteger(value)) };
+        const plain = running(values, 1 / scale);
+        return { ...quantity(key), values: plain, stepped: plain.every(Number.isInteger) };
       }),
     ].filter(Boolean);
     return {
-      entry, map, dt_s, count, times, pose, belief, series,
-      footprint: shape(raw.footprint ?? { radius_m: 0.25 }),
-      start: raw.start,
-      goals: raw.goals ?? [],
+      entry, map, dt_s, count, times, pose, series, speedMax,
+      belief: raw.belief && beliefAtTheEnd(track(raw.belief)),
+      footprint: shape(raw.footprint ?? { radius_m: 0.25 }, 1),
+      start: metres([raw.start?.x ?? robot.x[0], raw.start?.y ?? robot.y[0]]),
+      goals: (raw.goals ?? []).map(({ row, x, y }) => ({ tick: row, at: metres([x, y]) })),
       tolerance_m: raw.goal_tolerance_m ?? 0,
-      unknown: (raw.unknown ?? []).map(shape),
-      movers: (raw.movers ?? []).map((mover) => ({ shape: shape(mover.shape ?? mover), from: mover.from_tick ?? 0, ...track(mover) })),
-      sensed: (raw.sensed ?? []).map(([tick, list]) => ({ tick, points: points(list) })),
-      lidar: raw.lidar && { ...raw.lidar, scans: raw.lidar.scans.map(([tick, ranges]) => ({ tick, ranges })) },
-      paths: (raw.paths ?? []).map((path) => ({ tick: path.tick, points: polyline(path.points) })),
-      subGoals: (raw.sub_goal ?? []).map(([tick, x, y]) => ({ tick, x: x * 1e-3, y: y * 1e-3 })),
-      states: named,
-      speedMax: raw.speed_max_mps || robot.v && running(robot.v).reduce((most, v) => Math.max(most, Math.abs(v)), 0) || 1,
-      contact: raw.contact,
-      end: raw.end,
+      unknown: (raw.unknown ?? []).map((one) => ({ shape: shape(one), from: one.from_row ?? 0, to: one.to_row ?? Infinity })),
+      movers: (raw.movers ?? []).map(({ shape: outline, present, x, y }) => ({ shape: shape(outline), present, x: running(x), y: running(y) })),
+      seen: (raw.seen ?? []).map(([tick, movers]) => ({ tick, movers })),
+      sensed: (raw.sensed ?? []).map(([tick, list]) => ({ tick, points: list.map(metres) })),
+      grown: grown(raw.grown ?? []),
+      lidar: raw.lidar && scans(raw.lidar),
+      paths: (raw.paths ?? []).map(({ row, x, y, nodes = [] }) => {
+        const ys = running(y);
+        return { tick: row, points: Array.from(running(x), (at, i) => [at, ys[i]]), nodes: nodes.map(metres) };
+      }),
+      subGoals: (raw.sub_goal ?? []).map(([tick, x, y]) => ({ tick, at: metres([x, y]) })),
+      states: (raw.states?.changes ?? []).map(([tick, index]) => ({ tick, index, name: raw.states.names[index] ?? "" })),
+      contact: raw.contact && { tick: raw.contact.row, at: metres([raw.contact.x, raw.contact.y]) },
     };
   }
 
-  /** A footprint, obstacle or mover as a path in metres of its own frame, with how far it reaches from there. */
-  function shape(packed) {
+  /** A row's belief is that with which its tick began, where the row before ended: there it is shown. The last row has none. */
+  function beliefAtTheEnd({ x, y, heading }) {
+    const earlier = (column) => Float64Array.from(column, (_, tick) => column[tick + 1] ?? NaN);
+    return { x: earlier(x), y: earlier(y), heading: earlier(heading) };
+  }
+
+  /** What the robot's map had gained by each change. */
+  function grown(changes) {
+    const now = new Set();
+    return changes.map(([tick, entered, left]) => {
+      for (const cell of running(entered, 1)) now.add(cell);
+      for (const cell of running(left, 1)) now.delete(cell);
+      return { tick, cells: [...now] };
+    });
+  }
+
+  /** The scans of a lidar, ranges in metres; 0 is no echo. */
+  function scans({ first, step, count, every, unit_mm = 1, ranges }) {
+    const now = new Float64Array(count);
+    return Array.from({ length: Math.floor(ranges.length / count) }, (_, k) => {
+      for (let ray = 0; ray < count; ray++) now[ray] += ranges[k * count + ray] * unit_mm * 1e-3;
+      return { tick: k * every, first: first * 1e-3, step: step * 1e-3, ranges: now.slice() };
+    });
+  }
+
+  /** A footprint, obstacle or mover as a path of metres, with how far it reaches from its origin. */
+  function shape(packed, scale = 1e-3) {
     const path = new Path2D();
     const corners = Array.isArray(packed) ? packed : packed.polygon;
     if (corners) {
-      corners.forEach(([x, y], i) => (i ? path.lineTo(x, y) : path.moveTo(x, y)));
+      corners.forEach(([x, y], i) => (i ? path.lineTo(x * scale, y * scale) : path.moveTo(x * scale, y * scale)));
       path.closePath();
-      return { path, reach: Math.max(...corners.map(([x, y]) => Math.hypot(x, y))), front: Math.max(...corners.map(([x]) => x)) };
+      return { path, reach: scale * Math.max(...corners.map(([x, y]) => Math.hypot(x, y))), front: scale * Math.max(...corners.map(([x]) => x)) };
     }
-    const { x = 0, y = 0, r = packed.radius_m ?? 0.25 } = packed.disc ?? {};
-    path.arc(x, y, r, 0, 2 * Math.PI);
-    return { path, reach: Math.hypot(x, y) + r, front: r };
+    const { x = 0, y = 0, r } = packed.disc ?? { r: packed.radius_m };
+    path.arc(x * scale, y * scale, r * scale, 0, 2 * Math.PI);
+    return { path, reach: r * scale, front: r * scale };
   }
 
   const UNITS = { mps: "m/s", radps: "rad/s", mps2: "m/s²", mps3: "m/s³", "1pm": "1/m", deg: "°", rad: "rad", m: "m", s: "s" };
@@ -158,7 +179,9 @@ const SimrunReplay = (() => {
     { key: "path", words: "path", side: "believed", has: (drive) => drive.paths.length > 0 },
     { key: "goal", words: "sub-goal", side: "believed", has: (drive) => drive.subGoals.length > 0 },
     { key: "pose", words: "pose", side: "believed", has: (drive) => Boolean(drive.belief) },
-    { key: "sensed", words: "sensed points", side: "believed", has: (drive) => drive.sensed.length > 0 },
+    { key: "seen", words: "sensed movers", side: "believed", has: (drive) => drive.seen.some(({ movers }) => movers.length > 0) },
+    { key: "sensed", words: "where sensed", side: "believed", has: (drive) => drive.sensed.length > 0 },
+    { key: "grown", words: "added to its map", side: "believed", has: (drive) => drive.grown.length > 0 },
     { key: "lidar", words: "laser scan", side: "believed", has: (drive) => Boolean(drive.lidar) },
   ];
 
@@ -223,7 +246,8 @@ const SimrunReplay = (() => {
       const speeds = series.find(({ name }) => name === "speed")?.values;
       // Each segment's step of the ramp; its speed is the one with which its tick ended.
       this.steps = Uint8Array.from(x, (_, i) => Math.round(Math.min(1, Math.abs(speeds?.[i] ?? speedMax) / speedMax) * (SPEED_STEPS - 1)));
-      this.bounds = drive.map ? mapBounds(drive.map) : [Math.min(...x) - 1, Math.min(...y) - 1, Math.max(...x) + 1, Math.max(...y) + 1];
+      const { cols, rows, resolution_m } = drive.map ?? {};
+      this.bounds = drive.map ? [0, 0, cols * resolution_m, rows * resolution_m] : [Math.min(...x) - 1, Math.min(...y) - 1, Math.max(...x) + 1, Math.max(...y) + 1];
     }
 
     /** The view that shows the whole map. */
@@ -252,13 +276,14 @@ const SimrunReplay = (() => {
       const { drive, surface } = this;
       const c = surface.begin(style);
       this.floor(c, style, mapImages);
-      if (layers.has("unknown")) this.unknown(c, style);
+      if (layers.has("unknown")) this.unknown(c, style, tick);
+      if (layers.has("grown")) this.grown(c, style, tick);
       if (layers.has("trail")) this.ahead(c, style, tick);
       if (layers.has("path")) this.path(c, style, tick);
       if (layers.has("trail")) this.trail(c, tick, part);
       this.ends(c, style, tick);
-      if (layers.has("lidar") && drive.lidar) this.lidar(c, style, tick, part);
-      if (layers.has("movers")) this.movers(c, style, tick, part);
+      if (layers.has("lidar") && drive.lidar) this.lidar(c, style, tick);
+      if (layers.has("movers")) this.movers(c, style, tick, part, layers.has("seen"));
       if (layers.has("sensed")) this.sensed(c, style, tick);
       if (layers.has("goal")) this.subGoal(c, style, tick);
       this.robot(c, style, tick, part, layers.has("pose"));
@@ -271,24 +296,21 @@ const SimrunReplay = (() => {
       const { map } = this.drive;
       if (!map) return;
       const { scale } = this.view;
-      const { origin, cols, rows, resolution_m } = map;
-      const [x, y] = this.screen(origin.x, origin.y);
-      c.save();
-      c.translate(x, y);
-      c.rotate(-(origin.heading ?? 0));
+      const { cols, rows, resolution_m } = map;
+      const [left, top] = this.screen(0, rows * resolution_m);
       const [width, height] = [cols, rows].map((count) => count * resolution_m * scale);
       // Cells stay sharp when they are larger than a pixel; smaller ones are averaged, so that thin walls do not vanish.
       c.imageSmoothingEnabled = resolution_m * scale * this.surface.ratio < 1;
       c.imageSmoothingQuality = "high";
-      c.drawImage(mapImages.of(map, style), 0, -height, width, height);
+      c.drawImage(mapImages.of(map, style), left, top, width, height);
       c.strokeStyle = style.wall;
       c.lineWidth = 1;
-      c.strokeRect(-0.5, -height - 0.5, width + 1, height + 1);
-      c.restore();
+      c.strokeRect(left - 0.5, top - 0.5, width + 1, height + 1);
     }
 
-    unknown(c, style) {
-      for (const { path } of this.drive.unknown) {
+    unknown(c, style, tick) {
+      for (const { shape: { path }, from, to } of this.drive.unknown) {
+        if (tick < from || tick >= to) continue;
         const placed = this.place(path, { x: 0, y: 0, heading: 0 });
         c.fillStyle = style.hatch(c);
         c.fill(placed);
@@ -296,6 +318,23 @@ const SimrunReplay = (() => {
         c.lineWidth = 1.5;
         c.stroke(placed);
       }
+    }
+
+    grown(c, style, tick) {
+      const { map, grown } = this.drive;
+      const added = inForce(grown, tick);
+      if (!added || !map) return;
+      const side = map.resolution_m;
+      c.fillStyle = c.strokeStyle = style.belief;
+      c.lineWidth = 1;
+      c.beginPath();
+      for (const cell of added.cells) {
+        const [x, y] = this.screen((cell % map.cols) * side, (Math.floor(cell / map.cols) + 1) * side);
+        c.rect(x, y, side * this.view.scale, side * this.view.scale);
+      }
+      c.globalAlpha = 0.35;
+      c.fill();
+      c.globalAlpha = 1;
     }
 
     line(c, list) {
@@ -312,6 +351,14 @@ const SimrunReplay = (() => {
       c.setLineDash([7, 5]);
       c.stroke();
       c.setLineDash([]);
+      c.fillStyle = style.path;
+      for (const node of path.nodes) this.dot(c, ...this.screen(...node), 2.5);
+    }
+
+    dot(c, x, y, radius) {
+      c.beginPath();
+      c.arc(x, y, radius, 0, 2 * Math.PI);
+      c.fill();
     }
 
     /** The rest of the drive, thin. */
@@ -344,18 +391,15 @@ const SimrunReplay = (() => {
 
     /** Start, and the goal in force with how near is near enough. */
     ends(c, style, tick) {
-      const { start, goals, tolerance_m, pose } = this.drive;
-      const [x, y] = this.screen(start?.x ?? pose.x[0], start?.y ?? pose.y[0]);
+      const { start, goals, tolerance_m } = this.drive;
       c.lineWidth = 2;
       c.strokeStyle = style.ink;
       c.fillStyle = style.floor;
-      c.beginPath();
-      c.arc(x, y, 4.5, 0, 2 * Math.PI);
-      c.fill();
+      this.dot(c, ...this.screen(...start), 4.5);
       c.stroke();
       const goal = inForce(goals, tick) ?? goals[0];
       if (!goal) return;
-      const [gx, gy] = this.screen(goal.x, goal.y);
+      const [gx, gy] = this.screen(...goal.at);
       c.beginPath();
       c.arc(gx, gy, Math.max(tolerance_m * this.view.scale, 8), 0, 2 * Math.PI);
       c.lineWidth = 1.5;
@@ -377,12 +421,10 @@ const SimrunReplay = (() => {
       }
     }
 
-    lidar(c, style, tick, part) {
-      const { scans, from_rad = -Math.PI, step_rad, field_of_view_rad = 2 * Math.PI } = this.drive.lidar;
-      const scan = inForce(scans, tick);
+    lidar(c, style, tick) {
+      const scan = inForce(this.drive.lidar, tick);
       if (!scan) return;
-      const at = poseAt(this.drive.pose, Math.min(scan.tick, tick), 0);
-      const step = step_rad ?? field_of_view_rad / scan.ranges.length;
+      const at = poseAt(this.drive.pose, scan.tick);
       const from = this.screen(at.x, at.y);
       c.fillStyle = c.strokeStyle = style.lidar;
       c.lineWidth = 0.75;
@@ -391,8 +433,8 @@ const SimrunReplay = (() => {
       const echoes = [];
       scan.ranges.forEach((range, ray) => {
         if (!(range > 0)) return;
-        const angle = at.heading + from_rad + ray * step;
-        echoes.push(this.screen(at.x + range * 1e-3 * Math.cos(angle), at.y + range * 1e-3 * Math.sin(angle)));
+        const angle = at.heading + scan.first + ray * scan.step;
+        echoes.push(this.screen(at.x + range * Math.cos(angle), at.y + range * Math.sin(angle)));
         c.moveTo(...from);
         c.lineTo(...echoes.at(-1));
       });
@@ -401,23 +443,34 @@ const SimrunReplay = (() => {
       for (const [x, y] of echoes) c.fillRect(x - 1.25, y - 1.25, 2.5, 2.5);
     }
 
-    movers(c, style, tick, part) {
-      for (const mover of this.drive.movers) {
-        const at = tick - mover.from;
-        if (at < 0 || at >= mover.x.length || Number.isNaN(mover.x[at])) continue;
-        const gone = Number.isNaN(mover.x[at + 1] ?? NaN);
-        const pose = poseAt(mover, at, gone ? 0 : part);
+    movers(c, style, tick, part, seen) {
+      const sensed = seen ? inForce(this.drive.seen, tick)?.movers ?? [] : [];
+      const { movers, dt_s } = this.drive;
+      const isThere = ({ present, x }, at) => at >= 0 && at < x.length && (!present || present.some(([from, to]) => from <= at && at < to));
+      movers.forEach((mover, number) => {
+        if (!isThere(mover, tick)) return;
+        const { x, y } = mover;
+        const goesOn = isThere(mover, tick + 1);
+        const pose = poseAt({ x, y, heading: [] }, tick, goesOn ? part : 0);
         const placed = this.place(mover.shape.path, pose);
         c.fillStyle = style.mover;
         c.fill(placed);
         c.strokeStyle = style.floor;
         c.lineWidth = 1;
         c.stroke(placed);
-        const [a, b] = gone ? [at - 1, at] : [at, at + 1];
-        const reach = 1 / this.drive.dt_s;
-        const ahead = [(mover.x[b] - mover.x[a]) * reach, (mover.y[b] - mover.y[a]) * reach];
-        if (Math.hypot(...ahead) * this.view.scale > 5) this.arrow(c, this.screen(pose.x, pose.y), this.screen(pose.x + ahead[0], pose.y + ahead[1]), style);
-      }
+        const place = this.screen(pose.x, pose.y);
+        if (sensed.includes(number)) {
+          c.beginPath();
+          c.arc(...place, mover.shape.reach * this.view.scale + 4, 0, 2 * Math.PI);
+          c.strokeStyle = style.belief;
+          c.lineWidth = 1.5;
+          c.stroke();
+        }
+        const before = goesOn ? tick : tick - 1;
+        if (!isThere(mover, before)) return;
+        const [vx, vy] = [x, y].map((column) => (column[before + 1] - column[before]) / dt_s);
+        if (Math.hypot(vx, vy) * this.view.scale > 5) this.arrow(c, place, this.screen(pose.x + vx, pose.y + vy), style);
+      });
     }
 
     arrow(c, from, to, style) {
@@ -444,7 +497,7 @@ const SimrunReplay = (() => {
     subGoal(c, style, tick) {
       const goal = inForce(this.drive.subGoals, tick);
       if (!goal) return;
-      const [x, y] = this.screen(goal.x, goal.y);
+      const [x, y] = this.screen(...goal.at);
       c.beginPath();
       for (const [dx, dy] of [[0, -6], [6, 0], [0, 6], [-6, 0]]) c.lineTo(x + dx, y + dy);
       c.closePath();
@@ -484,7 +537,8 @@ const SimrunReplay = (() => {
         c.stroke();
       }
       if (!believed || !drive.belief) return;
-      const belief = poseAt(drive.belief, tick, part);
+      const belief = poseAt(drive.belief, tick, Number.isNaN(drive.belief.x[tick + 1]) ? 0 : part);
+      if (Number.isNaN(belief.x)) return;
       const [bx, by] = this.screen(belief.x, belief.y);
       c.strokeStyle = style.belief;
       c.lineWidth = 2;
@@ -500,7 +554,7 @@ const SimrunReplay = (() => {
     contact(c, style, tick) {
       const { contact } = this.drive;
       if (!contact || tick < contact.tick) return;
-      const [x, y] = this.screen(contact.x, contact.y);
+      const [x, y] = this.screen(...contact.at);
       c.beginPath();
       for (let i = 0; i < 16; i++) {
         const reach = i % 2 ? 5 : 12;
@@ -555,15 +609,6 @@ const SimrunReplay = (() => {
       c.fillText(`${short(this.drive.speedMax)} m/s`, left + width, bottom - 12);
       c.textAlign = "left";
     }
-  }
-
-  /** The corners of a map in the world: left, bottom, right, top. */
-  function mapBounds({ cols, rows, resolution_m, origin }) {
-    const [cos, sin] = [Math.cos(origin.heading ?? 0), Math.sin(origin.heading ?? 0)];
-    const corners = [[0, 0], [cols, 0], [0, rows], [cols, rows]].map(([col, row]) => [col * resolution_m, row * resolution_m]);
-    const xs = corners.map(([x, y]) => origin.x + cos * x - sin * y);
-    const ys = corners.map(([x, y]) => origin.y + sin * x + cos * y);
-    return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
   }
 
   /** Maps as images of one pixel a cell, painted once for each set of colours. */
@@ -996,8 +1041,13 @@ const SimrunReplay = (() => {
       this.build();
       this.restyle();
       for (const query of ["(prefers-color-scheme: dark)", "print"]) window.matchMedia(query).addEventListener("change", () => this.restyle());
-      window.addEventListener("beforeprint", () => this.redraw(3));
-      window.addEventListener("afterprint", () => this.redraw(1));
+      // Paper is light, as wide as it is, and finer than screens.
+      for (const [event, paper] of [["beforeprint", true], ["afterprint", false]]) {
+        window.addEventListener(event, () => {
+          this.root.classList.toggle("replay-paper", paper);
+          this.restyle(paper ? 3 : 1);
+        });
+      }
       window.addEventListener("hashchange", () => this.readFragment(true));
       document.addEventListener("keydown", (event) => this.key(event));
       document.addEventListener("click", (event) => {
@@ -1274,7 +1324,8 @@ const SimrunReplay = (() => {
 
     // -- drawing
 
-    restyle() {
+    /** Reads the colours anew and draws at once, with at least `ratio` pixels to a CSS pixel. */
+    restyle(ratio = 1) {
       const computed = getComputedStyle(this.root);
       const colour = (name) => computed.getPropertyValue(`--replay-${name}`).trim() || "#888";
       const names = ["page", "ink", "muted", "faint", "rule", "plate", "floor", "wall", "uncharted", "unknown", "mover", "arrow", "robot", "belief", "path", "sensed", "lidar", "contact", "series"];
@@ -1293,12 +1344,6 @@ const SimrunReplay = (() => {
       this.style.hatch = (c) => c.createPattern(tile, "repeat");
       this.mapImages.forget();
       for (const { strips } of this.panes) strips.forget();
-      this.redraw(1);
-    }
-
-    /** Draws at once, with at least `ratio` pixels to a CSS pixel: paper is finer than screens. */
-    redraw(ratio) {
-      if (!this.panes.length) return;
       for (const { world, strips } of this.panes) for (const { surface } of [world, strips]) surface.fit(ratio);
       this.draw();
     }
