@@ -144,6 +144,7 @@ const SimrunReplay = (() => {
   /** A number at the length at which people compare it; `whole` has no decimals. */
   function short(value, whole = false) {
     if (!Number.isFinite(value)) return "–";
+    if (value === 0) return "0";
     const size = Math.abs(value);
     return value.toFixed(whole || size >= 100 ? 0 : size >= 10 ? 1 : 2).replace("-", "−");
   }
@@ -236,7 +237,7 @@ const SimrunReplay = (() => {
   }
 
   /** Room that the fitted map leaves: at the sides and above, and below for the scale. */
-  const [MARGIN, FOOT] = [8, 38];
+  const [MARGIN, FOOT] = [8, 40];
 
   /** Draws one drive at one time into a surface, under a view that panes share. */
   class World {
@@ -679,17 +680,19 @@ const SimrunReplay = (() => {
       c.drawImage(this.painted, 0, 0);
       c.setTransform(surface.ratio, 0, 0, surface.ratio, 0, 0);
       const bottom = this.height - STRIP.axis;
-      if (this.hover_s !== null) {
-        this.cursor(c, this.across(this.hover_s), bottom, style.faint, 1);
-        const state = inForce(this.drive.states, locate(this.drive, this.hover_s)[0]);
-        this.timeLabel(c, style, this.hover_s, bottom, style.muted, state?.name);
-      }
       this.cursor(c, this.across(time), bottom, style.ink, 1.5);
       this.timeLabel(c, style, time, bottom, style.ink);
+      // Where the pointer is, the numbers are those of its time.
+      const hovers = this.hover_s !== null;
+      if (hovers) {
+        [tick] = locate(this.drive, this.hover_s);
+        this.cursor(c, this.across(this.hover_s), bottom, style.faint, 1);
+        this.timeLabel(c, style, this.hover_s, bottom, style.muted, inForce(this.drive.states, tick)?.name);
+      }
       c.textAlign = "right";
       this.drive.series.forEach(({ values, unit, stepped }, i) => {
         const value = values[Math.min(tick, values.length - 1)];
-        c.fillStyle = style.ink;
+        c.fillStyle = hovers ? style.muted : style.ink;
         c.font = `600 12px ${style.family}`;
         c.fillText(`${short(value, stepped)} ${unit}`.trim(), surface.width - STRIP.right, this.rowTop(i) + STRIP.head / 2);
         if (!Number.isFinite(value)) return;
@@ -719,6 +722,11 @@ const SimrunReplay = (() => {
       c.font = `600 12px ${style.family}`;
       const width = c.measureText(words).width + 10;
       const x = Math.max(0, Math.min(this.surface.width - width, this.across(time) - width / 2));
+      // No half of a number looks out from behind it.
+      c.fillStyle = style.page;
+      for (const { x: middle, half } of this.numbers) {
+        if (middle + half > x - 3 && middle - half < x + width + 3) c.fillRect(middle - half - 1, bottom + 5, 2 * half + 2, 16);
+      }
       c.fillStyle = colour;
       c.beginPath();
       c.roundRect(x, bottom + 4, width, 17, 3);
@@ -747,6 +755,7 @@ const SimrunReplay = (() => {
       c.lineWidth = 1;
       c.fillStyle = style.muted;
       c.textAlign = "center";
+      this.numbers = [];
       for (let i = 0; i * step <= this.duration_s * (1 + 1e-9); i++) {
         const x = surface.sharp(this.across(i * step));
         c.strokeStyle = style.rule;
@@ -754,7 +763,9 @@ const SimrunReplay = (() => {
         c.moveTo(x, STRIP.top + (this.banded ? STRIP.band : 0));
         c.lineTo(x, bottom);
         c.stroke();
-        c.fillText(`${+(i * step).toFixed(3)}${i ? "" : " s"}`, x, bottom + 13);
+        const number = `${+(i * step).toFixed(3)}${i ? "" : " s"}`;
+        c.fillText(number, x, bottom + 13);
+        this.numbers.push({ x, half: c.measureText(number).width / 2 });
       }
       if (this.banded) this.band(c, style);
       drive.series.forEach((one, i) => this.strip(c, style, one, i, left, right));
@@ -1009,8 +1020,17 @@ const SimrunReplay = (() => {
       const [tick, part] = locate(drive, time);
       world.draw(player.viewOf(this), player.layers, tick, part, player.style, player.mapImages);
       strips.draw(time, tick, duration_s, player.style);
+      this.tell(tick);
+    }
+
+    /** The words above the picture, and in its label while it stands still. */
+    tell(tick) {
+      const { player, drive } = this;
+      if (tick === this.toldTick && player.playing === this.toldPlaying) return;
+      [this.toldTick, this.toldPlaying] = [tick, player.playing];
       const state = inForce(drive.states, tick);
-      const shown = `${drive.times[tick].toFixed(1)} s`;
+      const time = drive.times[tick];
+      const shown = `${time.toFixed(Math.abs(time - time.toFixed(1)) > 1e-6 ? 2 : 1)} s`;
       const { x, y, heading } = poseAt(drive.pose, tick);
       const turned = Math.round((Math.atan2(Math.sin(heading), Math.cos(heading)) * 180) / Math.PI);
       this.clock.replaceChildren(make("b", {}, shown),
@@ -1085,16 +1105,17 @@ const SimrunReplay = (() => {
         this.layerFields[side].append(label);
         return [key, label];
       }));
+      this.problem = make("p", { class: "replay-unable", role: "alert", hidden: true });
       this.stage = make("div", { class: "replay-panes" });
+      this.transport = make("div", { class: "replay-bar replay-transport", hidden: true },
+        this.playButton, button("back", "one tick back (←)", () => this.step(-1)), button("step", "one tick on (→)", () => this.step(1)),
+        this.scrub, this.timeLabel, this.rateSelect);
       this.root.classList.add("replay");
       this.root.setAttribute("aria-label", this.root.getAttribute("aria-label") ?? "replay");
       this.root.replaceChildren(
         make("div", { class: "replay-bar replay-choice" },
           button("back", "previous episode (k)", () => this.neighbour(-1)), this.episodeSelect, button("step", "next episode (j)", () => this.neighbour(1)), this.besideLabel),
-        this.stage,
-        make("div", { class: "replay-bar replay-transport" },
-          this.playButton, button("back", "one tick back (←)", () => this.step(-1)), button("step", "one tick on (→)", () => this.step(1)),
-          this.scrub, this.timeLabel, this.rateSelect),
+        this.problem, this.stage, this.transport,
         make("div", { class: "replay-bar replay-layers" }, ...Object.values(this.layerFields)),
         make("details", { class: "replay-keys" }, make("summary", {}, "Keys"),
           make("dl", { id: "replay-keys" }, ...KEYS.map(([key, does]) => make("div", {}, make("dt", {}, make("kbd", {}, key)), make("dd", {}, does))))),
@@ -1163,16 +1184,21 @@ const SimrunReplay = (() => {
 
     async select(id, { time = 0, vs, play = this.playing, focus = false } = {}) {
       const turn = ++this.wanted;
+      this.current = this.byId.get(id);
       const ids = vs && vs !== id && this.companions(id).some((entry) => entry.id === vs) ? [id, vs] : [id];
       let drives;
       try {
         drives = await Promise.all(ids.map((one) => this.drive(one)));
       } catch (error) {
-        if (turn === this.wanted) this.say(`${id} could not be read: ${error.message}`);
+        if (turn !== this.wanted) return;
+        this.problem.textContent = `${id} could not be read: ${error.message}`;
+        this.problem.hidden = false;
         return;
       }
       // Another one was asked for meanwhile.
       if (turn !== this.wanted) return;
+      this.problem.hidden = true;
+      this.transport.hidden = false;
       const sameWorld = this.panes[0]?.drive.entry.world === drives[0].entry.world;
       const ranges = rangesOver(drives);
       for (const pane of this.panes) pane.remove();
@@ -1200,11 +1226,10 @@ const SimrunReplay = (() => {
     }
 
     neighbour(step) {
-      const at = this.entries.indexOf(this.panes[0].drive.entry);
-      const next = this.entries[at + step];
+      const next = this.entries[this.entries.indexOf(this.current) + step];
       if (!next) return;
       const inside = this.stage.contains(document.activeElement);
-      this.select(next.id).then(() => { if (inside) this.panes[0].canvas.focus({ preventScroll: true }); });
+      this.select(next.id).then(() => { if (inside) this.panes[0]?.canvas.focus({ preventScroll: true }); });
     }
 
     /** Other drives of the same world. */
@@ -1223,7 +1248,7 @@ const SimrunReplay = (() => {
     beside(vs) {
       const inside = this.stage.contains(document.activeElement);
       const { id } = this.panes[0].drive.entry;
-      this.select(id, { time: this.time, vs }).then(() => { if (inside) this.panes[0].canvas.focus({ preventScroll: true }); });
+      this.select(id, { time: this.time, vs }).then(() => { if (inside) this.panes[0]?.canvas.focus({ preventScroll: true }); });
     }
 
     nextBeside() {
