@@ -5,6 +5,7 @@
 //! lines ended by a line feed where the file has CR LF or CR, and in UTF-8, or the error names the line that is not. Lines and
 //! columns of later errors are therefore those that an editor shows.
 
+use crate::digest::{Digest, Fnv1a};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
@@ -178,6 +179,35 @@ pub fn lines(file: &Path, bytes_max: u64) -> Result<LineFeeds<BufReader<File>>, 
     Ok(LineFeeds::new(BufReader::new(open(file, bytes_max)?)))
 }
 
+/// The FNV-1a hash of a file's bytes as they are.
+///
+/// # Errors
+/// As [`open`].
+pub fn digest(file: &Path) -> Result<Digest, FileError> {
+    Ok(digest_of(BufReader::new(open(file, u64::MAX)?))?)
+}
+
+/// The FNV-1a hash of a text's bytes without byte order mark, its lines ended by line feeds: whoever saved it again as it was changed nothing.
+///
+/// # Errors
+/// As [`open`].
+pub fn digest_of_lines(file: &Path) -> Result<Digest, FileError> {
+    Ok(digest_of(lines(file, u64::MAX)?)?)
+}
+
+fn digest_of(mut input: impl BufRead) -> io::Result<Digest> {
+    let mut hash = Fnv1a::default();
+    loop {
+        let bytes = input.fill_buf()?;
+        if bytes.is_empty() {
+            return Ok(Digest(hash.value()));
+        }
+        hash.bytes(bytes);
+        let taken = bytes.len();
+        input.consume(taken);
+    }
+}
+
 /// The byte order mark of UTF-8.
 pub const MARK: &[u8] = b"\xef\xbb\xbf";
 
@@ -270,6 +300,23 @@ mod tests {
                 assert_eq!(plain, expected.as_bytes(), "{bytes:?} {room}");
             }
         }
+    }
+
+    #[test]
+    fn the_digest_is_of_the_bytes_or_of_the_lines() {
+        let of = |content: &[u8]| {
+            let (_folder, file) = written(content);
+            (digest(&file).unwrap().to_string(), digest_of_lines(&file).unwrap().to_string())
+        };
+        // The vector of the authors' reference for these bytes (draft-eastlake-fnv).
+        assert_eq!(of(b"foobar"), ("85944171f73967e8".to_owned(), "85944171f73967e8".to_owned()));
+        let (plain, turned) = (of(b"a\nb\n"), of(b"\xef\xbb\xbfa\r\nb\r\n"));
+        assert!(plain.0 == plain.1 && turned.1 == plain.1 && turned.0 != plain.0);
+        // A long text is taken in by pieces.
+        let long = "0123456789\n".repeat(10_000);
+        let mut hash = Fnv1a::default();
+        hash.bytes(long.as_bytes());
+        assert_eq!(of(long.as_bytes()).0, Digest(hash.value()).to_string());
     }
 
     #[test]

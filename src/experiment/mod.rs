@@ -13,6 +13,7 @@ pub use drive::{Drive, Worker};
 pub use pool::{in_order, on_threads, threads_available};
 pub use session::Session;
 
+use crate::files;
 use crate::map::MapError;
 use crate::plan::stack::StackSpec;
 use crate::results::{Identity, Order, ResultsError, StackAt};
@@ -33,6 +34,8 @@ pub struct Experiment {
     swept: Vec<String>,
     points: Vec<Setup>,
     base_dir: PathBuf,
+    /// FNV-1a hash of every file that the scenario names at any point.
+    files: BTreeMap<String, String>,
 }
 
 /// The stacks that run at one point of the sweep; a scenario without a sweep is one point.
@@ -74,6 +77,9 @@ pub enum PrepareError {
     /// A file that the scene needs cannot be loaded.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// A file was written while it was being read.
+    #[error("the file `{0}` was changed while it was being read: run again once it is whole")]
+    Changed(String),
 }
 
 /// Reason why a run ended before its work was done.
@@ -130,6 +136,7 @@ impl Experiment {
     /// # Panics
     /// If there is no point.
     pub fn new(scenario: Scenario, points: Vec<SweepPoint>, base_dir: &Path) -> Result<Self, PrepareError> {
+        let files = digests(points.iter().map(|point| &point.scenario), base_dir);
         let mut maps = BTreeMap::new();
         let mut known: BTreeMap<usize, Arc<Surroundings>> = BTreeMap::new();
         let mut driven: BTreeSet<(usize, String)> = BTreeSet::new();
@@ -150,7 +157,12 @@ impl Experiment {
             setups.push(Setup { stacks, surroundings, values: point.values, scenario: point.scenario });
         }
         assert!(!setups.is_empty(), "an experiment has at least one point");
-        Ok(Self { swept: scenario.sweep.keys(), scenario, points: setups, base_dir: base_dir.to_owned() })
+        // What was read is what the identity says, although others may write meanwhile.
+        let now = digests(setups.iter().map(|setup| &setup.scenario), base_dir);
+        if let Some((name, _)) = now.iter().find(|(name, digest)| files.get(*name) != Some(digest)) {
+            return Err(PrepareError::Changed(name.clone()));
+        }
+        Ok(Self { swept: scenario.sweep.keys(), scenario, points: setups, base_dir: base_dir.to_owned(), files })
     }
 
     /// Reads, checks and prepares the scenario of a file with `edits` made to it.
@@ -261,12 +273,16 @@ impl Experiment {
     }
 
     /// Identity of a run of this experiment: runs with the same identity have the same rows.
-    ///
-    /// # Errors
-    /// If the program cannot read its own file.
-    pub fn identity(&self) -> Result<Identity, ResultsError> {
-        Identity::new(&self.scenario.to_yaml(), self.scenario.seed, self.stack_names())
+    pub fn identity(&self) -> Identity {
+        Identity::new(&self.scenario.to_yaml(), self.scenario.seed, self.stack_names(), self.files.clone())
     }
+}
+
+/// The FNV-1a hash of every file that the scenarios name, by its name there. One that cannot be read is left out: loading it says why.
+fn digests<'a>(scenarios: impl Iterator<Item = &'a Scenario>, folder: &Path) -> BTreeMap<String, String> {
+    let names: BTreeSet<PathBuf> = scenarios.flat_map(|scenario| scenario.files(folder)).collect();
+    let digest = |name: &PathBuf| files::digest(&folder.join(name)).ok();
+    names.iter().filter_map(|name| Some((name.display().to_string(), digest(name)?.to_string()))).collect()
 }
 
 #[cfg(test)]

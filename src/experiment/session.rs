@@ -18,7 +18,7 @@ impl<'e> Session<'e> {
     /// # Errors
     /// If the folder cannot be written, or holds results that this experiment would not write.
     pub fn open(experiment: &'e Experiment, path: &Path, existing: Existing) -> Result<Self, ResultsError> {
-        let journal = Journal::open(path, experiment.identity()?, experiment.order()?, existing)?;
+        let journal = Journal::open(path, experiment.identity(), experiment.order()?, existing)?;
         Ok(Self { experiment, journal })
     }
 

@@ -4,7 +4,7 @@ use super::file::FileFormat;
 use super::{MapError, MapSeed, OccupancyGrid};
 use crate::rng::EpisodeSeed;
 use crate::settings::quantity::Positive;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A kind of map, with its parameters.
 pub trait MapKind {
@@ -18,6 +18,12 @@ pub trait MapKind {
 
     /// Whether every episode gets the same grid.
     fn is_fixed(&self) -> bool;
+
+    /// The files that [`load`](Self::load) reads: the one that the parameters name, and those that this one names in turn. Relative to `folder` as the
+    /// parameters are.
+    fn files(&self, _folder: &Path) -> Vec<PathBuf> {
+        Vec::new()
+    }
 
     /// What the map's file says that was not used, or should be looked at, in words; none if it cannot be read.
     fn notes(&self, _folder: &Path) -> Vec<String> {

@@ -25,7 +25,7 @@ pub use map_seed::MapSeed;
 
 use crate::rng::EpisodeSeed;
 use crate::settings::registry;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Largest number of cells along one side of a map; checked before anything is allocated.
 pub const SIDE_MAX: usize = 16_384;
@@ -72,6 +72,11 @@ impl MapSpec {
         let grid = self.kind().load(folder, seed)?;
         check_resolution(&grid)?;
         Ok(grid)
+    }
+
+    /// The files that the map is read from, the one that the scenario names first; relative to `folder` as in the scenario.
+    pub fn files(&self, folder: &Path) -> Vec<PathBuf> {
+        self.kind().files(folder)
     }
 
     /// What the map's file says that was not used, or should be looked at, in words; none if it cannot be read.

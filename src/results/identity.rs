@@ -1,11 +1,10 @@
 //! Identity of a run, and the manifest that records it.
 
-use super::ResultsError;
 use crate::digest::{Digest, Fnv1a};
 use crate::{clock, files, scenario};
 use serde::{Deserialize, Serialize};
-use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::path::Path;
 
 /// Largest number of differences named in one message; further ones are only counted.
 const DIFFERENCES_MAX: usize = 5;
@@ -18,7 +17,8 @@ const DIFFERENCES_MAX: usize = 5;
 pub struct Identity {
     /// Version of simrun.
     pub version: String,
-    /// FNV-1a hash of the executable, 16 hexadecimal digits.
+    /// Build id, 16 hexadecimal digits: a hash of what decides bytes, which are the engine's sources, the crates it is linked with, the
+    /// compiler, the architecture and features of simrun, and neither optimisation nor the model of the processor.
     pub build: String,
     /// Seed of the scenario.
     pub seed: u64,
@@ -28,20 +28,26 @@ pub struct Identity {
     pub scenario_hash: String,
     /// The scenario with every default, as YAML text.
     pub scenario: String,
+    /// FNV-1a hash of every file that the scenario names, by the name it has there: maps with their images, recordings. Manifests of 0.1
+    /// have none.
+    #[serde(default)]
+    pub files: BTreeMap<String, String>,
 }
 
 impl Identity {
-    /// The identity of a run of this very program.
-    ///
-    /// # Errors
-    /// If the program's own file cannot be read.
-    pub fn new(scenario: &str, seed: u64, stacks: Vec<String>) -> Result<Self, ResultsError> {
-        let program = program();
-        let opened = files::open(&program, u64::MAX).map_err(io::Error::from);
-        let build = opened.and_then(hash).map_err(ResultsError::io("read", &program))?;
-        let scenario_hash = hash(scenario.as_bytes()).expect("reading from memory cannot fail");
-        let version = env!("CARGO_PKG_VERSION").to_owned();
-        Ok(Self { version, build, seed, stacks, scenario_hash, scenario: scenario.to_owned() })
+    /// The identity of a run of this very build; `files` has the hash of every file that the scenario names.
+    pub fn new(scenario: &str, seed: u64, stacks: Vec<String>, files: BTreeMap<String, String>) -> Self {
+        let mut hash = Fnv1a::default();
+        hash.bytes(scenario.as_bytes());
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            build: env!("SIMRUN_BUILD").to_owned(),
+            seed,
+            stacks,
+            scenario_hash: Digest(hash.value()).to_string(),
+            scenario: scenario.to_owned(),
+            files,
+        }
     }
 
     /// Differences of `other`, in words; empty if it is the same run.
@@ -53,12 +59,21 @@ impl Identity {
                 None => found.push("the scenario".to_owned()),
             }
         }
+        for (name, hash) in &self.files {
+            // A file that only one of them names is a difference of the scenario, or of a file that names it.
+            if other.files.get(name).is_some_and(|now| now != hash) {
+                found.push(format!("the file `{name}` has been changed"));
+            }
+        }
+        let is_seed_said = found.iter().any(|difference| difference.starts_with("`seed`"));
         let mut field = |what: &str, there: String, here: String| {
             if there != here {
                 found.push(format!("{what}: {there} there, {here} here"));
             }
         };
-        field("the seed", self.seed.to_string(), other.seed.to_string());
+        if !is_seed_said {
+            field("the seed", self.seed.to_string(), other.seed.to_string());
+        }
         field("the stacks", self.stacks.join(", "), other.stacks.join(", "));
         field("the version of simrun", self.version.clone(), other.version.clone());
         field("the build of simrun", self.build.clone(), other.build.clone());
@@ -68,26 +83,6 @@ impl Identity {
             found.push(format!("and {more} more"));
         }
         found
-    }
-}
-
-/// The running program's own file.
-fn program() -> PathBuf {
-    // On Linux this is the file that runs even if a newer build has taken its place.
-    let running = PathBuf::from("/proc/self/exe");
-    if running.exists() { running } else { std::env::current_exe().unwrap_or_default() }
-}
-
-/// FNV-1a of everything in `input`.
-fn hash(mut input: impl Read) -> io::Result<String> {
-    let mut hash = Fnv1a::default();
-    let mut buffer = vec![0; 1 << 16];
-    loop {
-        let bytes = input.read(&mut buffer)?;
-        if bytes == 0 {
-            return Ok(Digest(hash.value()).to_string());
-        }
-        hash.bytes(&buffer[..bytes]);
     }
 }
 
@@ -131,7 +126,7 @@ mod tests {
     use super::*;
 
     fn identity(scenario: &str) -> Identity {
-        Identity::new(scenario, 7, vec!["a_star+dwa".to_owned()]).unwrap()
+        Identity::new(scenario, 7, vec!["a_star+dwa".to_owned()], BTreeMap::new())
     }
 
     #[test]
@@ -156,6 +151,14 @@ mod tests {
             identity("a: {episodes: 1}").differences(&identity("a: {episodes: 2}")),
             ["`a.episodes`: 1 there, 2 here"]
         );
+    }
+
+    #[test]
+    fn a_file_with_other_content_is_named_and_a_seed_is_named_once() {
+        let files = |hall: &str| [("hall.map", hall), ("walk.csv", "1")].map(|(a, b)| (a.to_owned(), b.to_owned())).into();
+        let there = Identity { files: files("1"), ..identity("seed: 1") };
+        let here = Identity { files: files("2"), seed: 8, ..identity("seed: 8") };
+        assert_eq!(there.differences(&here), ["`seed`: 1 there, 8 here", "the file `hall.map` has been changed"]);
     }
 
     #[test]

@@ -11,10 +11,11 @@
 //! ```
 //! use simrun::episode::Outcome;
 //! use simrun::metrics::{Metrics, StateTime};
+//! use std::collections::BTreeMap;
 //! use simrun::results::{Answer, Existing, Identity, Journal, Order, Row, StackAt, Timing, table};
 //!
 //! # let directory = tempfile::tempdir().unwrap();
-//! let identity = Identity::new("robot: {radius_m: 0.25}", 7, vec!["a_star+dwa".to_owned()])?;
+//! let identity = Identity::new("robot: {radius_m: 0.25}", 7, vec!["a_star+dwa".to_owned()], BTreeMap::new());
 //! let stack = StackAt { name: "a_star+dwa".to_owned(), values: vec![] };
 //! let order = Order::new(vec![], vec![vec![stack]], 100)?;
 //!

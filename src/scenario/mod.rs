@@ -53,7 +53,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 /// Everything that a scenario file says, with every default filled in.
@@ -146,6 +146,11 @@ impl Scenario {
     /// The first recording that cannot be read.
     pub fn scene_spec(&self, folder: &Path) -> Result<SceneSpec, SceneError> {
         SceneSpec::new(self.start.clone(), self.goal.clone(), self.obstacles.clone(), self.script.clone(), folder)
+    }
+
+    /// Every file that the scenario names, and those that they name in turn; relative to `folder`, the scenario's own, unless absolute.
+    pub fn files(&self, folder: &Path) -> Vec<PathBuf> {
+        self.map.files(folder).into_iter().chain(self.obstacles.files()).collect()
     }
 
     /// The scenario as YAML with every default written out; reading it back gives an equal scenario.

@@ -579,3 +579,13 @@ fn crates_are_refused_where_they_do_not_belong() {
         assert!(faults.len() == 1 && faults[0].contains(name), "{relative}: {source}\n{faults:?}");
     }
 }
+
+/// What is left out of the build id decides no bytes: only rooms behind the experiment, which nothing in it may name.
+#[test]
+fn the_rooms_that_are_no_engine_stand_behind_it() {
+    let engine = ORDER.iter().position(|room| *room == "experiment").unwrap();
+    for name in super::identity::build_id::SHELL {
+        let room = ORDER.iter().position(|room| *room == name);
+        assert!(["lib.rs", "main.rs"].contains(&name) || room.is_some_and(|room| room > engine), "{name}");
+    }
+}

@@ -16,6 +16,7 @@ mod drives;
 mod episodes;
 mod files;
 mod fuzzy_sets;
+mod identity;
 mod layering;
 mod oracle;
 mod pairing;

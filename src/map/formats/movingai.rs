@@ -53,6 +53,10 @@ impl MapKind for Params {
     fn is_fixed(&self) -> bool {
         true
     }
+
+    fn files(&self, _folder: &Path) -> Vec<PathBuf> {
+        vec![self.file.clone()]
+    }
 }
 
 /// Reads a `.map`; the format knows no unknown cells.

@@ -100,6 +100,13 @@ impl MapKind for Params {
         true
     }
 
+    fn files(&self, folder: &Path) -> Vec<PathBuf> {
+        let header = files::text(&folder.join(&self.file), HEADER_BYTES_MAX).ok();
+        let image = header.and_then(|text| Some(Header::parse(&text).ok()?.0.image));
+        let beside = self.file.parent().unwrap_or(Path::new(""));
+        [Some(self.file.clone()), image.map(|image| beside.join(image))].into_iter().flatten().collect()
+    }
+
     fn notes(&self, folder: &Path) -> Vec<String> {
         let file = folder.join(&self.file);
         let notes = RosMap::load(&file).map_or_else(|_| Vec::new(), |map| map.notes);

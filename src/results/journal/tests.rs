@@ -18,6 +18,7 @@ fn identity(scenario: &str) -> Identity {
         stacks: vec!["a".to_owned(), "b".to_owned()],
         scenario_hash: String::new(),
         scenario: scenario.to_owned(),
+        files: BTreeMap::new(),
     }
 }
 

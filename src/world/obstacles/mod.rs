@@ -15,7 +15,7 @@ use crate::robot::Robot;
 use moving::{MovingChoice, MovingKind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use unknown_static::{UnknownStatic, UnknownStaticChoice};
 
 /// Obstacles that the known map does not show (scenario key `obstacles`).
@@ -39,6 +39,11 @@ impl ObstaclesSpec {
             choice.kind_mut().load(&key, folder)?;
         }
         Ok(())
+    }
+
+    /// The files that obstacles name, as they stand in the scenario.
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        self.moving.iter().flat_map(|choice| choice.kind().files()).collect()
     }
 
     /// The unknown statics whose pose is given, grid frame.

@@ -14,7 +14,7 @@ use crate::world::statics::Statics;
 use core::fmt::Debug;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 registry! {
     /// A moving obstacle.
@@ -30,6 +30,11 @@ pub trait MovingKind: Debug {
     fn load(&mut self, key: &str, folder: &Path) -> Result<(), SceneError> {
         let _ = (key, folder);
         Ok(())
+    }
+
+    /// The files that [`load`](Self::load) reads, as the parameters name them.
+    fn files(&self) -> Vec<PathBuf> {
+        Vec::new()
     }
 
     /// Checks everything that does not depend on a draw; `key` is that of the entry, such as `obstacles.moving[2].fixed`.

@@ -77,6 +77,10 @@ impl MovingKind for Params {
         Ok(())
     }
 
+    fn files(&self) -> Vec<PathBuf> {
+        vec![self.file.clone()]
+    }
+
     fn check(&self, key: &str, _: &Given<'_>) -> Result<(), SceneError> {
         let Some(recording) = &self.recording else {
             return Err(SceneError::new(format!("{key}.file"), "the recording has not been read"));
