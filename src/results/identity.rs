@@ -155,7 +155,8 @@ mod tests {
 
     #[test]
     fn a_file_with_other_content_is_named_and_a_seed_is_named_once() {
-        let files = |hall: &str| [("hall.map", hall), ("walk.csv", "1")].map(|(a, b)| (a.to_owned(), b.to_owned())).into();
+        let files =
+            |hall: &str| [("hall.map", hall), ("walk.csv", "1")].map(|(a, b)| (a.to_owned(), b.to_owned())).into();
         let there = Identity { files: files("1"), ..identity("seed: 1") };
         let here = Identity { files: files("2"), seed: 8, ..identity("seed: 8") };
         assert_eq!(there.differences(&here), ["`seed`: 1 there, 8 here", "the file `hall.map` has been changed"]);

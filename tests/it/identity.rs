@@ -204,7 +204,12 @@ fn the_build_id_is_of_what_decides_bytes_and_of_nothing_else() {
 
 #[test]
 fn a_manifest_says_the_same_as_people_and_as_cargo_write_it() {
-    let expected = [("csv", "default"), ("image", "\"bmp\",\"png\""), ("libc", "default"), ("rapier2d", "\"enhanced-determinism\",default")];
+    let expected = [
+        ("csv", "default"),
+        ("image", "\"bmp\",\"png\""),
+        ("libc", "default"),
+        ("rapier2d", "\"enhanced-determinism\",default"),
+    ];
     let expected = expected.map(|(name, features)| (name.to_owned(), features.to_owned())).into();
     assert_eq!(features_asked(MANIFEST), expected);
     assert_eq!(features_asked(PACKAGED), expected);
@@ -229,7 +234,10 @@ fn only_linked_packages_are_locked_ones() {
 #[test]
 fn the_command_has_the_build_id_of_these_sources() {
     let scratch = tempfile::tempdir().unwrap();
-    simrun(scratch.path()).arg(root().join("scenarios/01_empty.yaml")).args(["--episodes", "1", "--quiet"]).ends_with(0);
+    simrun(scratch.path())
+        .arg(root().join("scenarios/01_empty.yaml"))
+        .args(["--episodes", "1", "--quiet"])
+        .ends_with(0);
     let manifest = fs::read_to_string(scratch.path().join("results/01_empty/manifest.json")).unwrap();
     let said = format!("\"build\": \"{}\"", env!("SIMRUN_BUILD"));
     assert!(manifest.contains(&said), "{manifest}");
@@ -243,13 +251,16 @@ const STACKS: &str = "stacks: {global: [a_star], local: [pure_pursuit]}\n";
 const HALL: &str = "type octile\nheight 10\nwidth 20\nmap\n";
 
 fn hall(wall: char) -> String {
-    let rows = (0..10).map(|row| if row == 4 { format!("{}{wall}{}\n", ".".repeat(9), ".".repeat(10)) } else { ".".repeat(20) + "\n" });
+    let rows = (0..10).map(|row| {
+        if row == 4 { format!("{}{wall}{}\n", ".".repeat(9), ".".repeat(10)) } else { ".".repeat(20) + "\n" }
+    });
     HALL.to_owned() + &rows.collect::<String>()
 }
 
 #[test]
 fn a_changed_file_is_another_run_and_is_named() {
-    let header = "image: hall.pgm\nresolution: 0.5\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n";
+    let header =
+        "image: hall.pgm\nresolution: 0.5\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n";
     let image = |wall: u8| format!("P2 20 10 255\n{}", format!("{}{wall}\n", "254 ".repeat(19)).repeat(10));
     let walk = |x: f64| format!("time_s,id,x_m,y_m\n0,1,{x},2\n9,1,{x},8\n");
     let open = "map: {empty: {cols: 20, rows: 10}}\n";
@@ -296,7 +307,10 @@ fn a_changed_file_is_another_run_and_is_named() {
         write(scratch.path(), &[(name, &changed.1)]);
         for episodes in ["3", "5"] {
             let said = run(episodes).ends_with(1).stderr;
-            assert!(said.contains(&format!("another run: the file `{name}` has been changed. Write elsewhere")), "{said}");
+            assert!(
+                said.contains(&format!("another run: the file `{name}` has been changed. Write elsewhere")),
+                "{said}"
+            );
         }
         assert_eq!(table(), whole, "{name}");
         write(scratch.path(), &[(name, before)]);
