@@ -1,5 +1,7 @@
 //! The build script: hands the build id to the crate as `SIMRUN_BUILD`.
 
+#![expect(clippy::print_stdout, reason = "cargo reads what a build script prints")]
+
 mod build_id;
 
 use build_id::{Tools, build_id};
