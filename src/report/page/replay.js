@@ -1068,7 +1068,7 @@ const SimrunReplay = (() => {
           this.restyle(paper ? 3 : 1);
         });
       }
-      window.addEventListener("hashchange", () => this.readFragment(true));
+      window.addEventListener("hashchange", () => this.readFragment());
       document.addEventListener("keydown", (event) => this.key(event));
       document.addEventListener("click", (event) => {
         const link = event.target.closest?.("a.episode[href^='#']");
@@ -1077,7 +1077,7 @@ const SimrunReplay = (() => {
         event.preventDefault();
         this.select(id, { play: !this.calm.matches, focus: true });
       });
-      if (!this.readFragment(false)) this.select(entries[0].id);
+      if (!this.readFragment()) this.select(entries[0].id, { quiet: true });
     }
 
     // -- the controls
@@ -1182,7 +1182,10 @@ const SimrunReplay = (() => {
       return this.drives.get(id);
     }
 
-    async select(id, { time = 0, vs, play = this.playing, focus = false } = {}) {
+    /**
+     * Shows an episode, beside `vs` if that took place in the same world; `quiet` leaves the address as it is. The latest call wins.
+     */
+    async select(id, { time = 0, vs, play = this.playing, focus = false, quiet = false } = {}) {
       const turn = ++this.wanted;
       this.current = this.byId.get(id);
       const ids = vs && vs !== id && this.companions(id).some((entry) => entry.id === vs) ? [id, vs] : [id];
@@ -1218,7 +1221,8 @@ const SimrunReplay = (() => {
         else link.removeAttribute("aria-current");
       }
       this.seek(time, !play);
-      this.settle();
+      // A page that was merely opened keeps its address.
+      if (!quiet) this.settle();
       this.say(drives.map(({ entry }) => entry.sentence ?? `${entry.stack}: ${words(entry.outcome)}`).join(" "));
       if (!focus) return;
       this.root.scrollIntoView({ block: "start", behavior: this.calm.matches ? "auto" : "smooth" });
@@ -1240,7 +1244,8 @@ const SimrunReplay = (() => {
 
     offerBeside(id, chosen = "") {
       const others = this.companions(id);
-      this.besideSelect.replaceChildren(make("option", { value: "" }, "–"), ...others.map((entry) => make("option", { value: entry.id }, entry.stack ?? entry.id)));
+      this.besideSelect.replaceChildren(make("option", { value: "" }, "–"),
+        ...others.map(({ id: other, stack, point }) => make("option", { value: other }, point === this.byId.get(id).point ? stack ?? other : `${stack}, point ${point}`)));
       this.besideSelect.value = chosen;
       this.besideLabel.hidden = others.length === 0;
     }
@@ -1438,13 +1443,13 @@ const SimrunReplay = (() => {
     }
 
     /** Goes where the fragment points; false if it names no episode. */
-    readFragment(focus) {
+    readFragment() {
       if (location.hash === this.written) return true;
       const [name, ...rest] = location.hash.slice(1).split("&");
       const id = this.idOf(name);
       if (!id) return false;
       const options = Object.fromEntries(rest.map((part) => [part.split("=")[0], part.slice(part.indexOf("=") + 1)]));
-      this.select(id, { time: Number(options.t ?? 0), vs: options.vs && this.idOf(options.vs), play: false, focus });
+      this.select(id, { time: Number(options.t ?? 0), vs: options.vs && this.idOf(options.vs), play: false, focus: true });
       return true;
     }
   }
