@@ -242,7 +242,7 @@ const SimrunReplay = (() => {
   /** Draws one drive at one time into a surface, under a view that panes share. */
   class World {
     constructor(surface, drive) {
-      Object.assign(this, { surface, drive, placed: null });
+      Object.assign(this, { surface, drive });
       const { pose: { x, y }, speedMax, series } = drive;
       const speeds = series.find(({ name }) => name === "speed")?.values;
       // Each segment's step of the ramp; its speed is the one with which its tick ended.
@@ -326,8 +326,7 @@ const SimrunReplay = (() => {
       const added = inForce(grown, tick);
       if (!added || !map) return;
       const side = map.resolution_m;
-      c.fillStyle = c.strokeStyle = style.belief;
-      c.lineWidth = 1;
+      c.fillStyle = style.belief;
       c.beginPath();
       for (const cell of added.cells) {
         const [x, y] = this.screen((cell % map.cols) * side, (Math.floor(cell / map.cols) + 1) * side);
@@ -933,7 +932,8 @@ const SimrunReplay = (() => {
     constructor(player, drive, ranges) {
       Object.assign(this, { player, drive });
       const { entry } = drive;
-      const changed = () => player.invalidate();
+      // At once, not with the next frame: a canvas that has changed its size is empty.
+      const changed = () => player.draw();
       this.canvas = make("canvas", { tabindex: 0, role: "img", "aria-describedby": "replay-keys" });
       const chart = make("canvas", {
         role: "img", "aria-label": `Over time: state of the planner, ${drive.series.map(({ name }) => name).join(", ")}. Click to go to a time.`,
@@ -988,6 +988,8 @@ const SimrunReplay = (() => {
     listenWorld() {
       const { canvas, player } = this;
       const down = new Map();
+      // A click that trembles is no drag.
+      let dragged = 0;
       const middle = () => {
         const all = [...down.values()];
         const [x, y] = [0, 1].map((axis) => all.reduce((sum, place) => sum + place[axis], 0) / all.length);
@@ -996,12 +998,15 @@ const SimrunReplay = (() => {
       canvas.addEventListener("pointerdown", (event) => {
         canvas.setPointerCapture(event.pointerId);
         down.set(event.pointerId, [event.offsetX, event.offsetY]);
+        dragged = 0;
       });
       canvas.addEventListener("pointermove", (event) => {
         if (!down.has(event.pointerId)) return;
         const before = middle();
         down.set(event.pointerId, [event.offsetX, event.offsetY]);
         const after = middle();
+        dragged += Math.hypot(after.x - before.x, after.y - before.y) + Math.abs(after.spread - before.spread);
+        if (dragged < 4) return;
         if (after.spread && before.spread) player.zoom(after.spread / before.spread, this, [after.x, after.y]);
         player.pan(before.x - after.x, after.y - before.y);
       });
@@ -1137,9 +1142,10 @@ const SimrunReplay = (() => {
         ArrowDown: () => this.neighbour(1), ArrowUp: () => this.neighbour(-1), s: () => this.nextBeside(), f: () => this.fit(),
         "+": () => this.zoom(1.5), "=": () => this.zoom(1.5), "-": () => this.zoom(1 / 1.5), c: () => this.toggleFollow(),
       }[event.key];
-      // What the focused control does with a key comes first, and a page scrolls by its own keys unless the player has the focus.
+      // What the focused control does with a key comes first; unless the player has the focus the page scrolls by its own keys, and letters are left to
+      // those who dictate.
       const taken = typing || (event.key === " " && target.matches?.("button, summary, input[type=checkbox], a"))
-        || (scrubbing && /^Arrow(Up|Down)$/.test(event.key)) || (!inside && /^(ArrowUp|ArrowDown|Home|End)$/.test(event.key));
+        || (scrubbing && /^Arrow(Up|Down)$/.test(event.key)) || (!inside && /^(ArrowUp|ArrowDown|Home|End|[^ ])$/.test(event.key));
       if (!action || taken || !this.panes.length) return;
       event.preventDefault();
       action();
