@@ -236,13 +236,42 @@ const SimrunReplay = (() => {
     }
   }
 
+  /** A drawing of a surface's size that is kept from frame to frame, until its stamp or the colours change. */
+  class Sheet {
+    constructor(surface) {
+      const canvas = document.createElement("canvas");
+      Object.assign(this, { surface, canvas, context: canvas.getContext("2d"), stamp: "" });
+    }
+
+    /** Whether it has to be drawn anew; then it is empty. */
+    begin(stamp, style) {
+      const { canvas, ratio } = this.surface;
+      const now = [stamp, style.edition, canvas.width, canvas.height, ratio].join();
+      if (now === this.stamp) return false;
+      this.stamp = now;
+      [this.canvas.width, this.canvas.height] = [canvas.width, canvas.height];
+      this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
+      this.context.font = `12px ${style.family}`;
+      this.context.textBaseline = "middle";
+      this.context.lineJoin = this.context.lineCap = "round";
+      return true;
+    }
+
+    lay(c) {
+      const { ratio } = this.surface;
+      c.setTransform(1, 0, 0, 1, 0, 0);
+      c.drawImage(this.canvas, 0, 0);
+      c.setTransform(ratio, 0, 0, ratio, 0, 0);
+    }
+  }
+
   /** Room that the fitted map leaves: at the sides and above, and below for the scale. */
   const [MARGIN, FOOT] = [8, 40];
 
   /** Draws one drive at one time into a surface, under a view that panes share. */
   class World {
     constructor(surface, drive) {
-      Object.assign(this, { surface, drive });
+      Object.assign(this, { surface, drive, ground: new Sheet(surface), tracks: new Sheet(surface), trailed: 0 });
       const { pose: { x, y }, speedMax, series } = drive;
       const speeds = series.find(({ name }) => name === "speed")?.values;
       // Each segment's step of the ramp; its speed is the one with which its tick ended.
@@ -273,15 +302,19 @@ const SimrunReplay = (() => {
     }
 
     draw(view, layers, tick, part, style, mapImages) {
-      this.view = view;
       const { drive, surface } = this;
+      this.view = view;
       const c = surface.begin(style);
-      this.floor(c, style, mapImages);
+      const place = [view.scale, view.x, view.y].join();
+      if (this.ground.begin(place + layers.has("trail"), style)) {
+        this.floor(this.ground.context, style, mapImages);
+        if (layers.has("trail")) this.way(this.ground.context, style);
+      }
+      this.ground.lay(c);
       if (layers.has("unknown")) this.unknown(c, style, tick);
       if (layers.has("grown")) this.grown(c, style, tick);
-      if (layers.has("trail")) this.ahead(c, style, tick);
       if (layers.has("path")) this.path(c, style, tick);
-      if (layers.has("trail")) this.trail(c, tick, part);
+      if (layers.has("trail")) this.trail(c, style, place, tick, part);
       this.ends(c, style, tick);
       if (layers.has("lidar") && drive.lidar) this.lidar(c, style, tick);
       if (layers.has("movers")) this.movers(c, style, tick, part, layers.has("seen"));
@@ -361,32 +394,45 @@ const SimrunReplay = (() => {
       c.fill();
     }
 
-    /** The rest of the drive, thin. */
-    ahead(c, style, tick) {
+    /** The whole drive, thin; the trail covers what has been driven. */
+    way(c, style) {
       const { x, y } = this.drive.pose;
       c.beginPath();
-      for (let i = tick; i < x.length; i++) c.lineTo(...this.screen(x[i], y[i]));
+      for (let i = 0; i < x.length; i++) c.lineTo(...this.screen(x[i], y[i]));
       c.strokeStyle = style.faint;
       c.lineWidth = 1.25;
       c.stroke();
     }
 
-    trail(c, tick, part) {
-      const { x, y } = this.drive.pose;
-      const now = poseAt(this.drive.pose, tick, part);
-      const stroke = (step) => { c.strokeStyle = SPEED_COLOURS[step]; c.stroke(); };
-      c.lineWidth = 3;
+    /** What has been driven, by speed: the ticks that are past are kept, the one that is under way is added. */
+    trail(c, style, place, tick, part) {
+      if (tick < this.trailed) this.tracks.stamp = "";
+      if (this.tracks.begin(place, style)) this.trailed = 0;
+      this.segments(this.tracks.context, this.trailed, tick);
+      this.trailed = tick;
+      this.tracks.lay(c);
+      if (!part) return;
+      const [from, to] = [poseAt(this.drive.pose, tick), poseAt(this.drive.pose, tick, part)];
       c.beginPath();
-      c.moveTo(...this.screen(x[0], y[0]));
-      for (let i = 1; i <= tick; i++) {
-        c.lineTo(...this.screen(x[i], y[i]));
-        if (this.steps[i] === this.steps[i + 1] && i < tick) continue;
-        stroke(this.steps[i]);
+      c.moveTo(...this.screen(from.x, from.y));
+      c.lineTo(...this.screen(to.x, to.y));
+      c.strokeStyle = SPEED_COLOURS[this.steps[tick + 1]];
+      c.lineWidth = 3;
+      c.stroke();
+    }
+
+    /** The ticks after row `from` up to row `to`, those of one colour in one stroke. */
+    segments(c, from, to) {
+      const { x, y } = this.drive.pose;
+      c.lineWidth = 3;
+      for (let i = from; i < to;) {
+        const step = this.steps[i + 1];
         c.beginPath();
         c.moveTo(...this.screen(x[i], y[i]));
+        while (i < to && this.steps[i + 1] === step) c.lineTo(...this.screen(x[++i], y[i]));
+        c.strokeStyle = SPEED_COLOURS[step];
+        c.stroke();
       }
-      c.lineTo(...this.screen(now.x, now.y));
-      stroke(this.steps[Math.min(tick + 1, this.steps.length - 1)]);
     }
 
     /** Start, and the goal in force with how near is near enough. */
@@ -647,13 +693,11 @@ const SimrunReplay = (() => {
   /** The state of the planner as a band and each number as a strip, over one axis of time. */
   class Strips {
     constructor(surface, drive, ranges) {
-      Object.assign(this, { surface, drive, ranges, hover_s: null, painted: null, paintedFor: "" });
+      Object.assign(this, { surface, drive, ranges, hover_s: null, sheet: new Sheet(surface) });
       this.banded = drive.states.length > 0;
       this.height = STRIP.top + (this.banded ? STRIP.band + 8 : 0) + STRIP.row * drive.series.length + STRIP.axis;
       surface.canvas.style.height = `${this.height}px`;
     }
-
-    forget() { this.paintedFor = ""; }
 
     across(time) {
       return STRIP.left + (time / this.duration_s) * (this.surface.width - STRIP.left - STRIP.right);
@@ -672,12 +716,9 @@ const SimrunReplay = (() => {
     draw(time, tick, duration_s, style) {
       this.duration_s = Math.max(duration_s, 1e-9);
       const { surface } = this;
-      const stamp = [surface.canvas.width, surface.canvas.height, surface.ratio, this.duration_s].join();
-      if (this.paintedFor !== stamp) this.paint(style, stamp);
+      if (this.sheet.begin(this.duration_s, style)) this.paint(this.sheet.context, style);
       const c = surface.begin(style);
-      c.setTransform(1, 0, 0, 1, 0, 0);
-      c.drawImage(this.painted, 0, 0);
-      c.setTransform(surface.ratio, 0, 0, surface.ratio, 0, 0);
+      this.sheet.lay(c);
       const bottom = this.height - STRIP.axis;
       this.cursor(c, this.across(time), bottom, style.ink, 1.5);
       this.timeLabel(c, style, time, bottom, style.ink);
@@ -742,11 +783,8 @@ const SimrunReplay = (() => {
     }
 
     /** All that does not move with the cursor. */
-    paint(style, stamp) {
+    paint(c, style) {
       const { surface, drive } = this;
-      const { canvas } = surface;
-      this.paintedFor = stamp;
-      const c = surface.begin(style);
       const [left, right, bottom] = [STRIP.left, surface.width - STRIP.right, this.height - STRIP.axis];
       c.lineCap = "butt";
       // The axis: whole steps of seconds, and a stroke through all strips at each.
@@ -776,9 +814,6 @@ const SimrunReplay = (() => {
         for (const [dx, dy] of [[-3.5, 6], [3.5, 6], [0, 0]]) c.lineTo(x + dx, bottom - 5 + dy);
         c.fill();
       }
-      this.painted ??= document.createElement("canvas");
-      [this.painted.width, this.painted.height] = [canvas.width, canvas.height];
-      this.painted.getContext("2d").drawImage(canvas, 0, 0);
     }
 
     band(c, style) {
@@ -1059,7 +1094,7 @@ const SimrunReplay = (() => {
   class Player {
     constructor(root, entries, maps) {
       Object.assign(this, {
-        root, entries, maps, panes: [], time: 0, rate: 1, playing: false, view: null, follow: false, request: 0, last: 0, wanted: 0, written: null,
+        root, entries, maps, panes: [], time: 0, rate: 1, playing: false, view: null, follow: false, request: 0, last: 0, wanted: 0, written: null, edition: 0,
         byId: new Map(entries.map((entry) => [entry.id, entry])), drives: new Map(), unpacked: new Map(), mapImages: new MapImages(),
         layers: new Set(LAYERS.map(({ key }) => key)), calm: window.matchMedia("(prefers-reduced-motion: reduce)"),
       });
@@ -1367,6 +1402,7 @@ const SimrunReplay = (() => {
       const names = ["page", "ink", "muted", "faint", "rule", "plate", "floor", "wall", "uncharted", "unknown", "mover", "arrow", "robot", "belief", "path", "sensed", "lidar", "contact", "series"];
       this.style = Object.fromEntries(names.map((name) => [name, colour(name)]));
       this.style.family = computed.fontFamily;
+      this.style.edition = ++this.edition;
       // Slanted lines: an obstacle that the map does not know.
       const tile = make("canvas", { width: 8, height: 8 });
       const t = tile.getContext("2d");
@@ -1379,7 +1415,6 @@ const SimrunReplay = (() => {
       t.stroke();
       this.style.hatch = (c) => c.createPattern(tile, "repeat");
       this.mapImages.forget();
-      for (const { strips } of this.panes) strips.forget();
       for (const { world, strips } of this.panes) for (const { surface } of [world, strips]) surface.fit(ratio);
       this.draw();
     }
