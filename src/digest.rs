@@ -8,6 +8,15 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Digest(pub u64);
 
+impl Digest {
+    /// The FNV-1a hash of bytes.
+    pub fn of(bytes: &[u8]) -> Self {
+        let mut hash = Fnv1a::default();
+        hash.bytes(bytes);
+        Self(hash.value())
+    }
+}
+
 impl fmt::Display for Digest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:016x}", self.0)
@@ -70,9 +79,7 @@ mod tests {
     fn the_hash_is_fnv_1a() {
         // Vectors of the authors' reference (draft-eastlake-fnv).
         for (text, expected) in [("", "cbf29ce484222325"), ("a", "af63dc4c8601ec8c"), ("foobar", "85944171f73967e8")] {
-            let mut hash = Fnv1a::default();
-            hash.bytes(text.as_bytes());
-            assert_eq!(Digest(hash.value()).to_string(), expected, "{text}");
+            assert_eq!(Digest::of(text.as_bytes()).to_string(), expected, "{text}");
         }
     }
 

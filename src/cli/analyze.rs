@@ -59,6 +59,12 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             let (file, missing) = (table.path.display(), table.missing.join(", "));
             say(&format!("{file}: an older version wrote this table; the columns that it lacks are empty: {missing}"));
         }
+        if table.is_altered {
+            say(&format!(
+                "warning: `{}` has been altered since its run was finished, as its hash in manifest.json says",
+                table.path.display()
+            ));
+        }
         Ok(table)
     };
     let tables = args.files.iter().map(read).collect::<Result<Vec<Table>, Failure>>()?;

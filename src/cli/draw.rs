@@ -1,6 +1,7 @@
 //! `simrun draw`: one episode as a picture.
 
 use super::scenarios::{AtPoint, Changes};
+use super::traced::Traced;
 use super::{Failure, print, say};
 use crate::episode::Outcome;
 use crate::report::{self, Caption};
@@ -9,7 +10,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Scenario file.
+    /// Scenario file; or a trace, whose drive is driven again.
     #[arg(value_name = "SCENARIO")]
     scenario: PathBuf,
     /// Which episode; the first stack of the scenario drives unless --stack names one.
@@ -25,10 +26,23 @@ pub(super) struct Args {
 }
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
-    let experiment = args.changes.load(&args.scenario)?;
-    let point = args.point.driven(&experiment)?;
+    let traced = Traced::of(&args.scenario)?;
+    let (experiment, point, episode) = match &traced {
+        Some(_) if args.changes != Changes::default() => {
+            return Err(Failure::usage("a trace is drawn as it was driven: nothing of it can be changed"));
+        }
+        Some(traced) => traced.load()?,
+        None => {
+            let experiment = args.changes.load(&args.scenario)?;
+            let point = args.point.driven(&experiment)?;
+            (experiment, point, args.episode)
+        }
+    };
     let stack = experiment.stacks(point).next().map_or("", |stack| stack.name.as_str());
-    let drive = experiment.drive_one(point, args.episode, 0).map_err(Failure::run)?;
+    let drive = experiment.drive_one(point, episode, 0).map_err(Failure::run)?;
+    if let Some(traced) = &traced {
+        traced.check(&experiment, &drive.row)?;
+    }
     let svg = report::draw(
         &drive.recording,
         &Caption {
@@ -36,7 +50,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
                 "{}: {}, episode {}, seed {}",
                 experiment.scenario().name,
                 stack,
-                args.episode,
+                episode,
                 experiment.scenario().seed
             ),
             subtitle: sentence(&drive.row),

@@ -2,7 +2,7 @@
 //!
 //! Data goes to stdout or files, progress and messages to stderr. Exit codes: 0 it ran, whatever
 //! the robot did; 1 it could not run, or some row is `planner_error`; 2 bad usage or scenario,
-//! nothing was written; 3 a requirement was not met; 130 interrupted.
+//! nothing was written; 3 a requirement was not met; 75 the folder of results is in use, try again later; 130 interrupted.
 
 mod analyze;
 mod check;
@@ -15,6 +15,7 @@ mod reproduce;
 mod run;
 mod scenarios;
 mod schema;
+mod traced;
 mod verify;
 
 use crate::settings::choice::nearest;
@@ -29,7 +30,8 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(name = "simrun", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 #[command(after_help = "Exit codes: 0 ran (whatever the robot did), 1 failed to run or a planner crashed, \
-                        2 bad usage or scenario (nothing written), 3 a requirement was not met.")]
+                        2 bad usage or scenario (nothing written), 3 a requirement was not met, \
+                        75 the folder is in use by another run (--wait-lock waits).")]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -47,7 +49,7 @@ enum Command {
     Plan(plan::Args),
     /// List the planners, or describe one with its parameters.
     Planners(planners::Args),
-    /// Run a scenario twice with different thread counts and compare every byte.
+    /// Run a scenario twice with different thread counts and compare every byte; of a folder, compare its tables with their hashes.
     Verify(verify::Args),
     /// Compare the stacks of a run on the same worlds, or a run with an older one.
     Analyze(analyze::Args),
@@ -72,6 +74,8 @@ enum Failure {
     Run(String),
     /// A requirement was not met: exit code 3.
     Requirement(String),
+    /// Another run holds the folder of results: exit code 75, EX_TEMPFAIL of sysexits.h.
+    Busy(String),
 }
 
 impl Failure {
@@ -119,6 +123,7 @@ pub fn main() -> ExitCode {
         Err(Failure::Run(message)) => (message, 1),
         Err(Failure::Usage(message)) => (message, 2),
         Err(Failure::Requirement(message)) => (message, 3),
+        Err(Failure::Busy(message)) => (message, 75),
     };
     say(&message);
     ExitCode::from(code)

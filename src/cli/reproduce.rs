@@ -1,15 +1,17 @@
 //! `simrun reproduce`: a paper's tables, run and judged.
 
-use super::run::{complete, existing, refused};
+use super::run::{Waiting, complete, existing};
 use super::scenarios::prepare;
 use super::{Failure, colour, print, say};
 use crate::comparison::{self, Section};
-use crate::experiment::{Experiment, Session};
+use crate::experiment::Experiment;
+use crate::files;
 use crate::paper::manifest::{Choice, Table};
 use crate::paper::{self, Evidence, Finding, Findings, Paper, Ruling};
 use crate::results::EPISODES_CSV;
 use crate::scenario::ScenarioError;
 use crate::settings::quantity::counted;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -42,6 +44,8 @@ pub(super) struct Args {
     /// No progress bar and no summary.
     #[arg(short, long)]
     quiet: bool,
+    #[command(flatten)]
+    waiting: Waiting,
 }
 
 /// The name that stands for every paper.
@@ -115,9 +119,18 @@ fn rulings(judged: &[Judged]) -> String {
     table
 }
 
+/// Writes a report, unless the file holds it already. Where only reading is allowed, the report is on the terminal alone.
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    std::fs::write(path, text)
-        .map_err(|error| Failure::Run(format!("error: cannot write `{}`: {error}", path.display())))
+    if files::bytes(path, text.len() as u64).is_ok_and(|found| found == text.as_bytes()) {
+        return Ok(());
+    }
+    match std::fs::write(path, text) {
+        Err(error) if matches!(error.kind(), ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem) => {
+            say(&format!("note: cannot write `{}`: {error}", path.display()));
+            Ok(())
+        }
+        other => other.map_err(|error| Failure::Run(format!("error: cannot write `{}`: {error}", path.display()))),
+    }
 }
 
 /// The tables of a paper, checked.
@@ -139,7 +152,7 @@ fn judge(args: &Args, paper: &Paper, runs: &[(Run<'_>, Experiment)], out: &Path)
             say(&format!("{name}: {}", choice.map_or(&table.title, |choice| &choice.says).trim()));
         }
         let folder = out.join(&name);
-        let session = Session::open(experiment, &folder, existing(args.force)).map_err(refused)?;
+        let session = args.waiting.open(experiment, &folder, existing(args.force))?;
         complete(session, args.threads, None, args.quiet)?;
         let rows = comparison::read_table(&folder.join(EPISODES_CSV)).map_err(Failure::run)?;
         let (sections, copies): (Vec<_>, Vec<u64>) = rows.sections.iter().map(Section::without_copies).unzip();

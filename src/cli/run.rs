@@ -2,12 +2,14 @@
 
 use super::scenarios::{AtPoint, Changes};
 use super::{Failure, print, say};
+use crate::clock::Stopwatch;
 use crate::episode::Outcome;
 use crate::experiment::{Experiment, Session, Worker, threads_available};
-use crate::results::{self, Answer, Existing, Opened, ResultsError, SummaryRow};
+use crate::results::{self, Answer, Existing, Identity, Manifest, Opened, ResultsError, SummaryRow, TRACES};
 use crate::settings::quantity::counted;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -42,7 +44,54 @@ pub(super) struct Args {
     #[arg(short, long)]
     quiet: bool,
     #[command(flatten)]
+    waiting: Waiting,
+    #[command(flatten)]
     changes: Changes,
+}
+
+/// What to do while another run holds the folder of results.
+#[derive(Debug, clap::Args)]
+pub(super) struct Waiting {
+    /// Wait up to this many seconds while another run is writing to the folder; without it such a folder ends the command (exit code 75).
+    #[arg(long, value_name = "SECONDS", default_value_t = 0)]
+    wait_lock: u32,
+}
+
+impl Waiting {
+    /// How often a folder in use is looked at again.
+    const STEP: Duration = Duration::from_millis(100);
+
+    /// Opens the folder of results, as soon as nobody else holds it.
+    pub(super) fn open<'e>(
+        &self,
+        experiment: &'e Experiment,
+        folder: &Path,
+        existing: Existing,
+    ) -> Result<Session<'e>, Failure> {
+        let clock = Stopwatch::start();
+        let mut is_said = false;
+        loop {
+            match Session::open(experiment, folder, existing) {
+                Err(ResultsError::Locked { holder, .. }) if clock.elapsed_s() < f64::from(self.wait_lock) => {
+                    if !is_said {
+                        say(&format!("{}: in use by {holder}, waiting for it", folder.display()));
+                    }
+                    is_said = true;
+                    std::thread::sleep(Self::STEP);
+                }
+                Ok(session) => {
+                    if !session.is_guarded() {
+                        say(&format!(
+                            "note: the file system of {} has no locks: let no second run write there",
+                            folder.display()
+                        ));
+                    }
+                    return Ok(session);
+                }
+                Err(error) => return Err(refused(error)),
+            }
+        }
+    }
 }
 
 impl Args {
@@ -66,9 +115,17 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     let experiments =
         args.scenarios.iter().map(|file| args.changes.load(file)).collect::<Result<Vec<Experiment>, Failure>>()?;
     for (index, experiment) in experiments.iter().enumerate() {
+        // Some file systems take capitals and small letters for the same.
         let name = &experiment.scenario().name;
-        if experiments[..index].iter().any(|other| other.scenario().name == *name) {
-            return Err(Failure::usage(format!("two scenarios are called `{name}` and would write the same folder")));
+        let is_same =
+            |other: &&Experiment| other.scenario().name.as_str().to_lowercase() == name.as_str().to_lowercase();
+        if let Some(other) = experiments[..index].iter().find(is_same) {
+            let other = &other.scenario().name;
+            return Err(Failure::usage(if other == name {
+                format!("two scenarios are called `{name}` and would write the same folder")
+            } else {
+                format!("`{other}` and `{name}` are the same folder where capitals do not count")
+            }));
         }
     }
     experiments.iter().try_for_each(|experiment| run(args, experiment))
@@ -79,14 +136,36 @@ fn run(args: &Args, experiment: &Experiment) -> Result<(), Failure> {
         say(&format!("note: {note}"));
     }
     let folder = args.out.clone().unwrap_or_else(|| Path::new("results").join(experiment.scenario().name.as_str()));
-    let traces = args.trace.then(|| folder.join("traces"));
-    if let Some(traces) = &traces {
-        std::fs::create_dir_all(traces)
-            .map_err(|error| Failure::Run(format!("error: cannot create `{}`: {error}", traces.display())))?;
-    }
+    let traces = args.trace.then(|| folder.join(TRACES));
     match args.episode {
-        Some(episode) => run_one(experiment, args.point.driven(experiment)?, episode, traces.as_deref()),
+        Some(episode) => {
+            let point = args.point.driven(experiment)?;
+            if let Some(traces) = &traces {
+                refuse_traces_of_another_run(experiment, &folder)?;
+                create(traces)?;
+            }
+            run_one(experiment, point, episode, traces.as_deref())
+        }
         None => run_all(args, experiment, &folder, traces.as_deref()),
+    }
+}
+
+fn create(folder: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Failure::Run(format!("error: cannot create `{}`: {error}", folder.display())))
+}
+
+/// Keeps the trace of a single episode out of a folder with the rows of another run; some of its stacks are the same run.
+fn refuse_traces_of_another_run(experiment: &Experiment, folder: &Path) -> Result<(), Failure> {
+    let Ok(there) = Manifest::read(folder) else { return Ok(()) };
+    let here = Identity { stacks: there.identity.stacks.clone(), ..experiment.identity() };
+    match there.identity.differences(&here).as_slice() {
+        [] => Ok(()),
+        differences => Err(Failure::run(format!(
+            "`{}` holds results of another run: {}. Write the trace elsewhere with --out",
+            folder.display(),
+            differences.join("; ")
+        ))),
     }
 }
 
@@ -110,7 +189,10 @@ fn run_one(experiment: &Experiment, point: u32, episode: u64, traces: Option<&Pa
 
 /// Runs every episode that is not in the folder yet.
 fn run_all(args: &Args, experiment: &Experiment, folder: &Path, traces: Option<&Path>) -> Result<(), Failure> {
-    let session = Session::open(experiment, folder, existing(args.force)).map_err(refused)?;
+    let session = args.waiting.open(experiment, folder, existing(args.force))?;
+    if let Some(traces) = traces {
+        create(traces)?;
+    }
     let shown = folder.display().to_string();
     match session.opened() {
         Opened::Fresh => {}
@@ -168,6 +250,7 @@ pub(super) fn existing(force: bool) -> Existing {
 pub(super) fn refused(error: ResultsError) -> Failure {
     match error {
         ResultsError::SweptKey(_) => Failure::usage(error),
+        ResultsError::Locked { .. } => Failure::Busy(format!("error: {error}")),
         _ => Failure::run(error),
     }
 }
@@ -181,10 +264,22 @@ pub(super) fn complete(
 ) -> Result<Option<Vec<SummaryRow>>, Failure> {
     let bar = progress_bar(quiet, session.order().blocks(), session.blocks_done());
     let quiet_panics = QuietPanics::install();
-    let result = session.run(threads.unwrap_or_else(threads_available).max(1), traces, || bar.inc(1));
-    drop(quiet_panics);
+    let threads = threads.unwrap_or_else(threads_available).max(1);
+    let result = session.run(threads, traces, || bar.inc(1));
     bar.finish_and_clear();
     result.map_err(Failure::run)?;
+    if let Some(folder) = traces.filter(|_| session.blocks_done() == session.order().blocks()) {
+        let untraced = session.untraced(folder).map_err(Failure::run)?;
+        if !untraced.is_empty() {
+            let episodes = counted(untraced.len() as u64, "world");
+            say(&format!("{}: driving {episodes} again for their traces", folder.display()));
+        }
+        let bar = progress_bar(quiet, untraced.len() as u64, 0);
+        let result = session.trace(threads, &untraced, folder, || bar.inc(1));
+        bar.finish_and_clear();
+        result.map_err(Failure::run)?;
+    }
+    drop(quiet_panics);
     session.finish().map_err(Failure::run)
 }
 

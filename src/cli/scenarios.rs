@@ -6,7 +6,7 @@ use crate::scenario::{Edit, ScenarioError, ScenarioFile};
 use std::path::Path;
 
 /// Changes to a scenario.
-#[derive(Clone, Debug, Default, clap::Args)]
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub(super) struct Changes {
     /// Set a key of the scenario, for example --set limits.speed_max_mps=1.5 (repeatable).
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -23,6 +23,11 @@ pub(super) struct Changes {
 }
 
 impl Changes {
+    /// The edits `set`, and one stack alone.
+    pub(super) fn of_one_stack(set: Vec<String>, stack: String) -> Self {
+        Self { set, stacks: vec![stack], ..Self::default() }
+    }
+
     /// Loads and checks the scenario in `file` with these changes, ready to run.
     pub(super) fn load(&self, file: &Path) -> Result<Experiment, Failure> {
         let refuse = |error: ScenarioError| Failure::Usage(error.render(colour()));

@@ -1,16 +1,16 @@
-//! `simrun verify`: the determinism promise, checked.
+//! `simrun verify`: the determinism promise, checked; and whether finished tables are as their run left them.
 
 use super::run::{complete, refused};
 use super::scenarios::Changes;
 use super::{Failure, print};
 use crate::experiment::{Experiment, Session, threads_available};
-use crate::results::{EPISODES_CSV, Existing, STATES_CSV, SUMMARY_CSV, compare};
+use crate::results::{EPISODES_CSV, Existing, Manifest, STATES_CSV, SUMMARY_CSV, compare};
 use crate::settings::quantity::counted;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Scenario file.
+    /// Scenario file; or a folder of results, whose tables are compared with the hashes in its manifest.
     #[arg(value_name = "SCENARIO")]
     scenario: PathBuf,
     #[command(flatten)]
@@ -18,6 +18,9 @@ pub(super) struct Args {
 }
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
+    if args.scenario.is_dir() {
+        return verify_tables(&args.scenario);
+    }
     let experiment = args.changes.load(&args.scenario)?;
     let many = threads_available().max(2);
     let scratch = Scratch::new(&experiment)?;
@@ -35,6 +38,22 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         args.scenario.display(),
         counted(experiment.order().map_err(Failure::run)?.rows(), "row"),
     ))
+}
+
+/// Compares the tables of a finished run with their hashes.
+fn verify_tables(folder: &Path) -> Result<(), Failure> {
+    let shown = folder.display();
+    let manifest = Manifest::read(folder).map_err(|reason| Failure::usage(format!("`{shown}`: {reason}")))?;
+    if manifest.tables.is_empty() {
+        return Err(Failure::run(format!("`{shown}`: the manifest has no hashes of tables: its run is not finished")));
+    }
+    let names: Vec<&str> = manifest.tables.keys().map(String::as_str).collect();
+    let altered: Vec<&str> = names.iter().copied().filter(|name| manifest.is_altered(folder, name)).collect();
+    if altered.is_empty() {
+        return print(&format!("{shown}: {} are as the finished run left them\n", names.join(", ")));
+    }
+    let altered = altered.join(", ");
+    Err(Failure::Requirement(format!("error: `{shown}`: altered since the run was finished: {altered}")))
 }
 
 fn run(experiment: &Experiment, folder: &Path, threads: usize) -> Result<(), Failure> {

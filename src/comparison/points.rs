@@ -202,7 +202,13 @@ mod tests {
             section.stacks[0].values = vec![value.to_owned()];
             section
         });
-        Table { path: PathBuf::from("made_up"), sections: sections.collect(), missing: Vec::new(), identity: None }
+        Table {
+            path: PathBuf::from("made_up"),
+            sections: sections.collect(),
+            missing: Vec::new(),
+            is_altered: false,
+            identity: None,
+        }
     }
 
     #[test]

@@ -1,9 +1,7 @@
 //! Rows of result files, sorted into sections; rows are compared only within a section.
 
 use crate::files;
-use crate::results::{
-    EPISODES_CSV, Identity, MANIFEST_BYTES_MAX, MANIFEST_JSON, Manifest, ReadError, Reader, ResultsError, Row, title,
-};
+use crate::results::{EPISODES_CSV, Identity, Manifest, ReadError, Reader, ResultsError, Row, title};
 use crate::scenario;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -17,6 +15,8 @@ pub struct Table {
     pub sections: Vec<Section>,
     /// Columns that are younger than the table, hence undefined in every row.
     pub missing: Vec<&'static str>,
+    /// Whether the table is not as its finished run left it, by the hash in the manifest beside it.
+    pub is_altered: bool,
     /// Identity of the run, by the manifest beside it; `None` without a readable one.
     pub identity: Option<Identity>,
 }
@@ -135,13 +135,6 @@ pub enum TableError {
     },
 }
 
-/// The identity that the manifest beside a table holds.
-fn identity_beside(table: &Path) -> Option<Identity> {
-    let manifest = files::text(&table.with_file_name(MANIFEST_JSON), MANIFEST_BYTES_MAX).ok()?;
-    let manifest: Manifest = serde_json::from_str(&manifest).ok()?;
-    Some(manifest.identity)
-}
-
 /// Reads an `episodes.csv` of this version or an older one into one section per point; of a folder, the `episodes.csv` in it.
 ///
 /// # Errors
@@ -200,6 +193,9 @@ pub fn read_table(path: &Path) -> Result<Table, TableError> {
         let values = title(std::iter::once(section.swept.as_slice()));
         section.title = if values.is_empty() { shown.to_string() } else { format!("{shown}: {values}") };
     }
-    let identity = identity_beside(&path);
-    Ok(Table { sections, missing, identity, path })
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let manifest = Manifest::read(folder).ok();
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let is_altered = manifest.as_ref().is_some_and(|manifest| manifest.is_altered(folder, &name));
+    Ok(Table { sections, missing, is_altered, identity: manifest.map(|manifest| manifest.identity), path })
 }

@@ -9,9 +9,9 @@ use crate::plan::PlanningGrid;
 use crate::plan::contract::Problem;
 use crate::plan::global::GlobalChoice;
 use crate::plan::stack::{Stack, StackSpec};
-use crate::results::{Answer, Digest, Row, Timing};
+use crate::results::{self, Answer, Digest, Row, Timing};
 use crate::rng::EpisodeSeed;
-use crate::trace::{self, Trace};
+use crate::trace::{self, Header, Trace};
 use crate::world::{Conditions, Infeasible, Scene, StaticMap};
 use std::io;
 use std::path::Path;
@@ -135,23 +135,57 @@ impl Experiment {
         }
     }
 
-    /// Writes `e000017_a_star+dwa.csv`, and the scans to `e000017_a_star+dwa.lidar.csv`. In a sweep the names begin with the
-    /// point, as in `p0003_`.
-    fn write_trace(&self, folder: &Path, row: &Row, scene: &Scene, trace: &Trace) -> Result<(), RunError> {
+    /// Name of the trace of a row without its ending, as in `e000017_a_star+dwa`; in a sweep it begins with the point, as in `p0003_`.
+    fn trace_stem(&self, row: &Row) -> String {
         let point = if self.swept.is_empty() { String::new() } else { format!("p{:04}_", row.point) };
-        let stem = format!("{point}e{:06}_{}", row.episode, row.stack);
+        format!("{point}e{:06}_{}", row.episode, row.stack)
+    }
+
+    /// The header of the trace of a row.
+    pub fn trace_header(&self, row: &Row) -> Header {
+        let (scenario, edits) = self.origin.clone();
+        Header {
+            scenario,
+            edits,
+            seed: row.seed,
+            point: row.point,
+            episode: row.episode,
+            stack: row.stack.clone(),
+            build: results::BUILD.to_owned(),
+            settings_hash: self.settings_hash.clone(),
+            trace_digest: row.trace_digest.map_or_else(String::new, |digest| digest.to_string()),
+        }
+    }
+
+    /// Whether a folder holds the trace of a row. Traces are put in place as a whole, and the table behind its scans.
+    pub(super) fn has_trace(&self, folder: &Path, row: &Row) -> bool {
+        let there = Header::read(&folder.join(self.trace_stem(row) + ".csv"));
+        there.is_ok_and(|there| there.is_some_and(|there| there.is_same_drive(&self.trace_header(row))))
+    }
+
+    /// Takes the trace of a row out of a folder again.
+    pub(super) fn remove_trace(&self, folder: &Path, row: &Row) {
+        let stem = self.trace_stem(row);
+        for ending in [".csv", ".lidar.csv"] {
+            let _ = std::fs::remove_file(folder.join(format!("{stem}{ending}")));
+        }
+    }
+
+    /// Writes `e000017_a_star+dwa.csv`, and before it the scans to `e000017_a_star+dwa.lidar.csv`.
+    fn write_trace(&self, folder: &Path, row: &Row, scene: &Scene, trace: &Trace) -> Result<(), RunError> {
+        let stem = self.trace_stem(row);
+        let header = self.trace_header(row);
         let dt_s = self.points[row.point as usize].dt_s();
-        let write = |ending: &str, content: &dyn Fn(&mut io::BufWriter<std::fs::File>) -> io::Result<()>| {
+        let write = |ending: &str, content: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
+            let mut bytes = header.to_string().into_bytes();
             let path = folder.join(format!("{stem}{ending}"));
-            let file = std::fs::File::create(&path);
-            let written = file.and_then(|file| content(&mut io::BufWriter::new(file)));
+            let written = content(&mut bytes).and_then(|()| results::put(&path, &bytes));
             written.map_err(|source| RunError::Trace { path, source })
         };
-        write(".csv", &|file| trace::write_csv(trace, scene.map.grid.frame(), dt_s, file))?;
         if trace.ray_count > 0 {
-            write(".lidar.csv", &|file| trace::write_scans(trace, dt_s, file))?;
+            write(".lidar.csv", &|bytes| trace::write_scans(trace, dt_s, bytes))?;
         }
-        Ok(())
+        write(".csv", &|bytes| trace::write_csv(trace, scene.map.grid.frame(), dt_s, bytes))
     }
 }
 

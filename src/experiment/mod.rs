@@ -11,12 +11,13 @@ mod session;
 
 pub use drive::{Drive, Worker};
 pub use pool::{in_order, on_threads, threads_available};
-pub use session::Session;
+pub use session::{Session, Untraced};
 
+use crate::digest::Digest;
 use crate::files;
 use crate::map::MapError;
 use crate::plan::stack::StackSpec;
-use crate::results::{Identity, Order, ResultsError, StackAt};
+use crate::results::{self, Identity, Order, ResultsError, StackAt};
 use crate::rng::EpisodeSeed;
 use crate::robot::Robot;
 use crate::scenario::{Edit, Scenario, ScenarioError, ScenarioFile, SweepPoint};
@@ -36,6 +37,10 @@ pub struct Experiment {
     base_dir: PathBuf,
     /// FNV-1a hash of every file that the scenario names at any point.
     files: BTreeMap<String, String>,
+    /// File of the scenario and edits made to it, for traces; the scenario's name if it has no file.
+    origin: (String, Vec<String>),
+    /// Hash of the scenario with every default but the number of episodes, for traces.
+    settings_hash: String,
 }
 
 /// The stacks that run at one point of the sweep; a scenario without a sweep is one point.
@@ -95,6 +100,20 @@ pub enum RunError {
         path: PathBuf,
         /// The system's error.
         source: io::Error,
+    },
+    /// An episode that was driven again for its trace went otherwise than its row tells.
+    #[error("point {point}, episode {episode}, {stack}: driven again, it has the trace digest {now}, its row {before}")]
+    OtherDrive {
+        /// Number of the point.
+        point: u32,
+        /// Number of the episode.
+        episode: u64,
+        /// Name of the stack.
+        stack: String,
+        /// Digest in the row.
+        before: Digest,
+        /// Digest of the drive.
+        now: Digest,
     },
 }
 
@@ -157,12 +176,22 @@ impl Experiment {
             setups.push(Setup { stacks, surroundings, values: point.values, scenario: point.scenario });
         }
         assert!(!setups.is_empty(), "an experiment has at least one point");
+        let origin = (scenario.name.to_string(), Vec::new());
+        let settings_hash = results::settings_hash(&scenario.to_yaml());
         // What was read is what the identity says, although others may write meanwhile.
         let now = digests(setups.iter().map(|setup| &setup.scenario), base_dir);
         if let Some((name, _)) = now.iter().find(|(name, digest)| files.get(*name) != Some(digest)) {
             return Err(PrepareError::Changed(name.clone()));
         }
-        Ok(Self { swept: scenario.sweep.keys(), scenario, points: setups, base_dir: base_dir.to_owned(), files })
+        Ok(Self {
+            swept: scenario.sweep.keys(),
+            scenario,
+            points: setups,
+            base_dir: base_dir.to_owned(),
+            files,
+            origin,
+            settings_hash,
+        })
     }
 
     /// Reads, checks and prepares the scenario of a file with `edits` made to it.
@@ -172,7 +201,8 @@ impl Experiment {
     pub fn load(file: &ScenarioFile, edits: &[Edit]) -> Result<Self, PrepareError> {
         let scenario = file.read(edits)?;
         let points = file.points(&scenario, edits)?;
-        Self::new(scenario, points, file.folder())
+        let origin = (file.path().display().to_string(), edits.iter().map(|edit| edit.argument().to_owned()).collect());
+        Ok(Self { origin, ..Self::new(scenario, points, file.folder())? })
     }
 
     /// What the file of the scenario's map says that was not used, or should be looked at, in words.

@@ -2,8 +2,20 @@
 
 use super::pool::on_threads;
 use super::{Experiment, RunError, Worker};
-use crate::results::{Existing, Journal, Opened, Order, ResultsError, SummaryRow};
+use crate::files;
+use crate::results::{Digest, EPISODES_CSV, Existing, Journal, Opened, Order, Reader, ResultsError, SummaryRow};
+use std::io::BufReader;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// An episode of a finished run that lacks the trace of a stack.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Untraced {
+    point: u32,
+    episode: u64,
+    /// The stacks whose traces are missing, with the digests in their rows.
+    digests: Vec<(String, Digest)>,
+}
 
 /// An experiment with the journal of its results.
 #[derive(Debug)]
@@ -27,6 +39,11 @@ impl<'e> Session<'e> {
         self.journal.opened()
     }
 
+    /// Whether a lock keeps other runs out of the folder: some file systems have none.
+    pub fn is_guarded(&self) -> bool {
+        self.journal.is_guarded()
+    }
+
     /// The order of the rows.
     pub fn order(&self) -> &Order {
         self.journal.order()
@@ -48,6 +65,65 @@ impl<'e> Session<'e> {
             while let Some(block) = self.journal.take() {
                 let answers = self.experiment.run_block(&mut worker, block.point(), block.episode(), traces)?;
                 self.journal.submit(block, &answers)?;
+                after();
+            }
+            Ok(())
+        };
+        on_threads(threads, work).into_iter().collect()
+    }
+
+    /// The episodes of a finished run whose traces are not all in `folder`: it was asked for none then, or they were removed.
+    ///
+    /// # Errors
+    /// If the rows cannot be read.
+    pub fn untraced(&self, folder: &Path) -> Result<Vec<Untraced>, ResultsError> {
+        let path = self.journal.path().join(EPISODES_CSV);
+        let refuse = |source| ResultsError::Read { path: path.clone(), source };
+        let table = files::open(&path, u64::MAX).map_err(ResultsError::io("read", &path))?;
+        let mut reader = Reader::new(BufReader::new(table)).map_err(refuse)?;
+        let mut found: Vec<Untraced> = Vec::new();
+        while let Some(row) = reader.next() {
+            let row = row.map_err(refuse)?;
+            let Some(digest) = row.trace_digest else { continue };
+            if self.experiment.has_trace(folder, &row) {
+                continue;
+            }
+            if found.last().is_none_or(|last| (last.point, last.episode) != (row.point, row.episode)) {
+                found.push(Untraced { point: row.point, episode: row.episode, digests: Vec::new() });
+            }
+            found.last_mut().expect("one was put there").digests.push((row.stack, digest));
+        }
+        Ok(found)
+    }
+
+    /// Drives these episodes again for their traces; calls `after` once per episode, from any thread.
+    ///
+    /// # Errors
+    /// If a trace cannot be written, or a drive is not that of its row, whose trace is then not written.
+    pub fn trace(
+        &self,
+        threads: usize,
+        untraced: &[Untraced],
+        folder: &Path,
+        after: impl Fn() + Sync,
+    ) -> Result<(), RunError> {
+        let next = AtomicUsize::new(0);
+        let work = || -> Result<(), RunError> {
+            let mut worker = Worker::default();
+            while let Some(Untraced { point, episode, digests }) = untraced.get(next.fetch_add(1, Ordering::Relaxed)) {
+                let answers = self.experiment.run_block(&mut worker, *point, *episode, Some(folder))?;
+                for (row, (stack, before)) in answers
+                    .iter()
+                    .map(|answer| &answer.row)
+                    .filter_map(|row| Some((row, digests.iter().find(|(stack, _)| *stack == row.stack)?)))
+                {
+                    let now = row.trace_digest.unwrap_or_default();
+                    if now != *before {
+                        self.experiment.remove_trace(folder, row);
+                        let (point, episode, stack, before) = (*point, *episode, stack.clone(), *before);
+                        return Err(RunError::OtherDrive { point, episode, stack, before, now });
+                    }
+                }
                 after();
             }
             Ok(())

@@ -1,6 +1,8 @@
 //! Identity of a run, and the manifest that records it.
 
-use crate::digest::{Digest, Fnv1a};
+use super::journal::{MANIFEST_BYTES_MAX, MANIFEST_JSON};
+use crate::digest::Digest;
+use crate::trace::Header;
 use crate::{clock, files, scenario};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -8,6 +10,15 @@ use std::path::Path;
 
 /// Largest number of differences named in one message; further ones are only counted.
 const DIFFERENCES_MAX: usize = 5;
+
+/// Build id of this simrun, 16 hexadecimal digits: see `build/build_id.rs`.
+pub const BUILD: &str = env!("SIMRUN_BUILD");
+
+/// Hash of a scenario's text without the number of its episodes, 16 hexadecimal digits: more of them drive no episode otherwise.
+pub fn settings_hash(scenario: &str) -> String {
+    let lines = scenario.lines().filter(|line| !line.starts_with("episodes:"));
+    Digest::of(lines.flat_map(|line| [line, "\n"]).collect::<String>().as_bytes()).to_string()
+}
 
 /// Identity of a run: the rows of two runs with equal identities are the same bytes.
 ///
@@ -37,21 +48,24 @@ pub struct Identity {
 impl Identity {
     /// The identity of a run of this very build; `files` has the hash of every file that the scenario names.
     pub fn new(scenario: &str, seed: u64, stacks: Vec<String>, files: BTreeMap<String, String>) -> Self {
-        let mut hash = Fnv1a::default();
-        hash.bytes(scenario.as_bytes());
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            build: env!("SIMRUN_BUILD").to_owned(),
+            build: BUILD.to_owned(),
             seed,
             stacks,
-            scenario_hash: Digest(hash.value()).to_string(),
+            scenario_hash: Digest::of(scenario.as_bytes()).to_string(),
             scenario: scenario.to_owned(),
             files,
         }
     }
 
+    /// Whether a trace with this header is of this run.
+    pub(super) fn has_trace(&self, header: &Header) -> bool {
+        header.build == self.build && header.settings_hash == settings_hash(&self.scenario)
+    }
+
     /// Differences of `other`, in words; empty if it is the same run.
-    pub(super) fn differences(&self, other: &Self) -> Vec<String> {
+    pub fn differences(&self, other: &Self) -> Vec<String> {
         let mut found = Vec::new();
         if self.scenario != other.scenario {
             match scenario::differences(&self.scenario, &other.scenario, &["episodes"]) {
@@ -100,14 +114,18 @@ pub struct Launch {
 impl Launch {
     /// This start of the program.
     pub fn current() -> Self {
-        let host = files::text(Path::new("/proc/sys/kernel/hostname"), 1 << 10);
-        let host = host.or_else(|_| std::env::var("HOSTNAME"));
         Self {
             command: std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect(),
-            host: host.unwrap_or_default().trim().to_owned(),
+            host: host(),
             started_unix_s: clock::unix_time_s(),
         }
     }
+}
+
+/// Name of this machine; empty if unknown.
+pub(super) fn host() -> String {
+    let host = files::text(Path::new("/proc/sys/kernel/hostname"), 1 << 10);
+    host.or_else(|_| std::env::var("HOSTNAME")).unwrap_or_default().trim().to_owned()
 }
 
 /// Content of `manifest.json`: the run to which the folder belongs, and the starts of the program that wrote it.
@@ -119,6 +137,29 @@ pub struct Manifest {
     pub episodes: u64,
     /// Every start that wrote here, oldest first.
     pub launches: Vec<Launch>,
+    /// FNV-1a hash of each table, by its name, as the finished run left it; empty until then. It tells damage and edits, and is no
+    /// defence against somebody who means to deceive.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub tables: BTreeMap<String, String>,
+}
+
+impl Manifest {
+    /// Reads the manifest of a folder of results.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is not of this version, in words.
+    pub fn read(folder: &Path) -> Result<Self, String> {
+        let text = files::text(&folder.join(MANIFEST_JSON), MANIFEST_BYTES_MAX)
+            .map_err(|error| format!("{MANIFEST_JSON} cannot be read: {error}"))?;
+        serde_json::from_str(&text).map_err(|error| format!("{MANIFEST_JSON} is not of this version: {error}"))
+    }
+
+    /// Whether a table in `folder` is not as the finished run left it: altered, damaged or gone. Turned line ends are no alteration. False where
+    /// the manifest has no hash of it.
+    pub fn is_altered(&self, folder: &Path, table: &str) -> bool {
+        let now = || files::digest_of_lines(&folder.join(table)).ok().map(|digest| digest.to_string());
+        self.tables.get(table).is_some_and(|then| now().as_ref() != Some(then))
+    }
 }
 
 #[cfg(test)]
@@ -160,6 +201,14 @@ mod tests {
         let there = Identity { files: files("1"), ..identity("seed: 1") };
         let here = Identity { files: files("2"), seed: 8, ..identity("seed: 8") };
         assert_eq!(there.differences(&here), ["`seed`: 1 there, 8 here", "the file `hall.map` has been changed"]);
+    }
+
+    #[test]
+    fn the_hash_of_the_settings_is_of_all_keys_but_the_number_of_episodes() {
+        let hash = settings_hash("seed: 1\nepisodes: 10\na:\n  episodes: 3\n");
+        assert_eq!(hash, settings_hash("seed: 1\nepisodes: 20\na:\n  episodes: 3\n"));
+        assert_ne!(hash, settings_hash("seed: 1\nepisodes: 10\na:\n  episodes: 4\n"));
+        assert_ne!(hash, settings_hash("seed: 2\nepisodes: 10\na:\n  episodes: 3\n"));
     }
 
     #[test]

@@ -6,10 +6,12 @@ use super::identity::{Identity, Launch, Manifest};
 use super::order::{Order, StackAt};
 use super::resume::{self, Extended, Start};
 use super::states::{self, Answer, write_states};
-use super::store::{self, Appender};
+use super::store::{self, Appender, Hold};
 use super::summary::{SummaryRow, summarise, write_summary};
 use super::timings::{self, write_timing};
+use crate::digest::Digest;
 use crate::files;
+use crate::trace::Header;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
@@ -24,6 +26,8 @@ pub const SUMMARY_CSV: &str = "summary.csv";
 pub const STATES_CSV: &str = "states.csv";
 /// Wall-clock times, one row per row of `episodes.csv`; a kill may cost some of them.
 pub const TIMINGS_CSV: &str = "timings.csv";
+/// Folder of the traces, one CSV per episode and stack.
+pub const TRACES: &str = "traces";
 /// The run to which the folder belongs.
 pub const MANIFEST_JSON: &str = "manifest.json";
 /// Largest number of bytes of a manifest: some thousands of starts.
@@ -74,6 +78,10 @@ pub enum Opened {
 /// between rows already written. With one point they are appended; with several the old file is set
 /// aside and its blocks are copied to their places in a new one. Nothing runs twice, the bytes are
 /// those of a run with the full number from the start, and an interruption is resumed like any other.
+///
+/// **Finished tables.** When the last block is written, everything is brought to the disk, and then the manifest gets a hash of each table.
+/// From then on a table that was altered is refused; one that lost its end is completed, and must then have its hash again.
+/// A complete folder is only read, so it may be read-only.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
@@ -84,8 +92,56 @@ pub struct Journal {
     state: Mutex<State>,
     /// Signalled when a block is written or the run ends.
     changed: Condvar,
+    manifest: Manifest,
     /// Holds the lock until it is dropped.
-    _lock: File,
+    hold: Hold,
+}
+
+/// The tables that are being written.
+#[derive(Debug)]
+struct Tables {
+    episodes: Appender<File>,
+    states: Appender<File>,
+    timings: Appender<File>,
+    /// Each table under the byte contract with the place at which it was opened.
+    places: [(PathBuf, Option<(u64, u64)>); 2],
+}
+
+impl Tables {
+    /// Opens the tables of a folder behind the blocks that stay, with their headers.
+    fn open(folder: &Path, order: &Order, start: &Start, is_fresh: bool) -> Result<Self, ResultsError> {
+        let [episodes_path, states_path] = [EPISODES_CSV, STATES_CSV].map(|name| folder.join(name));
+        let mut episodes = store::appender(&episodes_path, start.bytes)?;
+        if start.bytes == 0 {
+            episodes.append(&header_line(order.swept())).map_err(ResultsError::io("write", &episodes_path))?;
+        }
+        let mut states = store::appender(&states_path, start.states_bytes)?;
+        if start.states_bytes == 0 {
+            states.append(states::HEADER.as_bytes()).map_err(ResultsError::io("write", &states_path))?;
+        }
+        let timings = open_timings(&folder.join(TIMINGS_CSV), is_fresh)?;
+        store::sync_folder(folder).map_err(ResultsError::io("write", folder))?;
+        let places = [episodes_path, states_path].map(|path| {
+            let place = store::place(&path);
+            (path, place)
+        });
+        Ok(Self { episodes, states, timings, places })
+    }
+
+    /// The table that is not where it was opened, if there is one: what is written to it would be lost.
+    fn gone(&self) -> Option<&Path> {
+        self.places.iter().find(|(path, place)| store::place(path) != *place).map(|(path, _)| path.as_path())
+    }
+
+    /// Brings everything to the disk.
+    fn sync(&mut self, folder: &Path) -> Result<(), ResultsError> {
+        let tables =
+            [(&mut self.states, STATES_CSV), (&mut self.episodes, EPISODES_CSV), (&mut self.timings, TIMINGS_CSV)];
+        for (table, name) in tables {
+            table.sync().map_err(ResultsError::io("write", &folder.join(name)))?;
+        }
+        Ok(())
+    }
 }
 
 /// Mutable state of the run.
@@ -101,9 +157,8 @@ struct State {
     waiting: BTreeMap<u64, Encoded>,
     /// Blocks of the run that is being extended.
     extended: Option<Extended>,
-    episodes: Appender<File>,
-    states: Appender<File>,
-    timings: Appender<File>,
+    /// `None` if all blocks are there already.
+    tables: Option<Tables>,
     is_stopped: bool,
     failure: Option<String>,
 }
@@ -162,7 +217,8 @@ impl Journal {
     /// [`Different`](ResultsError::Different) for another run, [`TooManyEpisodes`](ResultsError::TooManyEpisodes)
     /// for the same run with more episodes, [`UnfinishedExtension`](ResultsError::UnfinishedExtension) while
     /// one to another number is under way, [`Foreign`](ResultsError::Foreign) without a readable manifest,
-    /// [`Read`](ResultsError::Read) if a row is not the expected one. [`Io`](ResultsError::Io) if the system refuses.
+    /// [`Read`](ResultsError::Read) if a row is not the expected one, [`Altered`](ResultsError::Altered) if a finished table has another hash.
+    /// [`Io`](ResultsError::Io) if the system refuses.
     pub fn open(path: &Path, identity: Identity, order: Order, existing: Existing) -> Result<Self, ResultsError> {
         Self::open_with_window(path, identity, order, existing, WINDOW_BLOCKS)
     }
@@ -176,18 +232,28 @@ impl Journal {
     ) -> Result<Self, ResultsError> {
         assert!(window_blocks > 0, "a window of no blocks");
         std::fs::create_dir_all(path).map_err(ResultsError::io("create", path))?;
-        let lock = store::lock(path)?;
+        let mut hold = store::lock(path)?;
         let [episodes, states, extended] = [EPISODES_CSV, STATES_CSV, EXTENDED_CSV].map(|name| path.join(name));
         let seed = identity.seed;
         let mut start = Start::default();
-        let mut launches = Vec::new();
+        let mut manifest =
+            Manifest { identity, episodes: order.episodes(), launches: Vec::new(), tables: BTreeMap::new() };
         if existing == Existing::Continue && (episodes.exists() || extended.exists()) {
-            let manifest = recognise(path, &identity)?;
-            launches = manifest.launches;
+            let found = recognise(path, &manifest.identity)?;
             for name in [EPISODES_CSV, STATES_CSV, TIMINGS_CSV, EXTENDED_CSV, EXTENDED_STATES_CSV] {
                 store::restore_line_feeds(&path.join(name))?;
             }
             start = Start::find(path, &order, seed)?;
+            let altered = [EPISODES_CSV, STATES_CSV].into_iter().find(|name| found.is_altered(path, name));
+            let is_cut_short = found.episodes == order.episodes() && start.blocks < order.blocks();
+            if let Some(name) = altered.filter(|_| !is_cut_short) {
+                return Err(ResultsError::Altered { path: path.join(name) });
+            }
+            manifest.launches = found.launches;
+            if found.episodes == order.episodes() {
+                // What a finished run left is what this one must come to.
+                manifest.tables = found.tables;
+            }
         }
 
         let mut done = start.blocks;
@@ -202,6 +268,12 @@ impl Journal {
             _ => Opened::Resume { blocks_done: done },
         };
 
+        if opened != Opened::Complete
+            && let Some(refused) = hold.read_only.take()
+        {
+            return Err(refused);
+        }
+
         // From here on things change. A kill between any two steps leaves a folder that opens as before.
         if opened != Opened::Complete {
             if existing == Existing::Replace {
@@ -210,26 +282,29 @@ impl Journal {
                 store::remove(&episodes)?;
                 store::remove(&states)?;
             }
-            launches.push(Launch::current());
-            let manifest = Manifest { identity, episodes: order.episodes(), launches };
-            let text = serde_json::to_string_pretty(&manifest).expect("a manifest is plain data");
-            store::replace(&path.join(MANIFEST_JSON), (text + "\n").as_bytes())?;
+            if opened == Opened::Fresh {
+                // Traces of a run whose rows are gone; those of this one, of single episodes, are welcome.
+                let is_kept = |trace: &Path| {
+                    let header = Header::read(trace).ok().flatten();
+                    existing == Existing::Continue && header.is_some_and(|header| manifest.identity.has_trace(&header))
+                };
+                store::remove_traces(&path.join(TRACES), is_kept)?;
+            }
+            manifest.launches.push(Launch::current());
+            write_manifest(path, &manifest)?;
             store::remove(&path.join(SUMMARY_CSV))?;
             if start.is_to_be_set_aside {
                 resume::set_aside(path)?;
             }
         }
-        let mut episodes = store::appender(&episodes, start.bytes)?;
-        if start.bytes == 0 {
-            episodes
-                .append(&header_line(order.swept()))
-                .map_err(ResultsError::io("write", &path.join(EPISODES_CSV)))?;
-        }
-        let mut states = store::appender(&states, start.states_bytes)?;
-        if start.states_bytes == 0 {
-            states.append(states::HEADER.as_bytes()).map_err(ResultsError::io("write", &path.join(STATES_CSV)))?;
-        }
-        let timings = open_timings(&path.join(TIMINGS_CSV), opened == Opened::Fresh)?;
+        // Behind complete tables there may be the torn row of a longer run that never came to be.
+        let is_whole = |path: &Path, bytes: u64| std::fs::metadata(path).is_ok_and(|found| found.len() == bytes);
+        let is_untouched = opened == Opened::Complete
+            && (hold.read_only.is_some() || is_whole(&episodes, start.bytes) && is_whole(&states, start.states_bytes));
+        let tables = match is_untouched {
+            true => None,
+            false => Some(Tables::open(path, &order, &start, opened == Opened::Fresh)?),
+        };
         let extended = start.extended.map(|present| Extended::open(path, present)).transpose()?;
         let state = State {
             next: start.blocks,
@@ -237,9 +312,7 @@ impl Journal {
             done,
             waiting: BTreeMap::new(),
             extended,
-            episodes,
-            states,
-            timings,
+            tables,
             is_stopped: false,
             failure: None,
         };
@@ -251,7 +324,8 @@ impl Journal {
             window_blocks,
             state: Mutex::new(state),
             changed: Condvar::new(),
-            _lock: lock,
+            manifest,
+            hold,
         };
         journal.advance(&mut journal.state())?;
         Ok(journal)
@@ -260,6 +334,11 @@ impl Journal {
     /// State of the folder when it was opened.
     pub fn opened(&self) -> Opened {
         self.opened
+    }
+
+    /// Whether a lock keeps other runs out of the folder: some file systems have none.
+    pub fn is_guarded(&self) -> bool {
+        self.hold.is_guarded
     }
 
     /// The folder's path.
@@ -341,34 +420,57 @@ impl Journal {
         self.changed.notify_all();
     }
 
-    /// Brings everything to the disk and writes `summary.csv`; `None` if blocks are missing.
+    /// Brings everything to the disk and writes `summary.csv`, then the hashes of all tables into the manifest; `None` if blocks are missing.
     ///
     /// # Errors
-    /// If the run has failed or the system refuses.
+    /// If the run has failed, the system refuses, or rows that were there already turn out to be altered.
     pub fn finish(self) -> Result<Option<Vec<SummaryRow>>, ResultsError> {
         let mut state = self.state();
         if let Some(failure) = &state.failure {
             return Err(ResultsError::Failed(failure.clone()));
         }
         let path = self.path.join(EPISODES_CSV);
-        state.states.sync().map_err(ResultsError::io("write", &self.path.join(STATES_CSV)))?;
-        state.episodes.sync().map_err(ResultsError::io("write", &path))?;
-        state.timings.sync().map_err(ResultsError::io("write", &self.path.join(TIMINGS_CSV)))?;
+        if let Some(tables) = &mut state.tables {
+            tables.sync(&self.path)?;
+            if let Some(gone) = tables.gone() {
+                return Err(ResultsError::Gone { path: gone.to_owned() });
+            }
+        }
         if state.written < self.order.blocks() {
             return Ok(None);
         }
-        resume::forget(&self.path)?;
         let file = files::open(&path, u64::MAX).map_err(ResultsError::io("read", &path))?;
         let summary = summarise(BufReader::new(file), self.order.episodes() as usize)
             .map_err(|source| ResultsError::Read { path, source })?;
         let mut bytes = Vec::new();
         write_summary(&mut bytes, self.order.swept(), &summary).expect("writing to memory cannot fail");
-        let path = self.path.join(SUMMARY_CSV);
-        // A complete folder stays untouched.
-        if files::bytes(&path, bytes.len() as u64).ok().as_ref() != Some(&bytes) {
-            store::replace(&path, &bytes)?;
+        if self.hold.read_only.is_none() {
+            self.seal(&bytes)?;
         }
         Ok(Some(summary))
+    }
+
+    /// Writes what a finished run ends with; a folder that has it all stays untouched.
+    fn seal(&self, summary: &[u8]) -> Result<(), ResultsError> {
+        let mut tables = BTreeMap::from([(SUMMARY_CSV.to_owned(), Digest::of(summary).to_string())]);
+        for name in [EPISODES_CSV, STATES_CSV] {
+            let path = self.path.join(name);
+            let digest = files::digest(&path).map_err(ResultsError::io("read", &path))?.to_string();
+            if self.manifest.tables.get(name).is_some_and(|before| *before != digest) {
+                return Err(ResultsError::Altered { path });
+            }
+            tables.insert(name.to_owned(), digest);
+        }
+        resume::forget(&self.path)?;
+        let path = self.path.join(SUMMARY_CSV);
+        if files::bytes(&path, summary.len() as u64).ok().as_deref() != Some(summary) {
+            store::replace(&path, summary)?;
+        }
+        if self.manifest.tables == tables {
+            return Ok(());
+        }
+        store::sync_folder(&self.path).map_err(ResultsError::io("write", &self.path))?;
+        write_manifest(&self.path, &Manifest { tables, ..self.manifest.clone() })
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -392,11 +494,15 @@ impl Journal {
                 },
             };
             let failed = |name| move |error| ResultsError::io("write", &self.path.join(name))(error);
+            let tables = state.tables.as_mut().expect("they are open while blocks are missing");
+            if let Some(gone) = tables.gone() {
+                return Err(ResultsError::Gone { path: gone.to_owned() });
+            }
             // The episodes last: a block that they hold has its states, whenever a kill comes.
-            state.states.append(&encoded.states).map_err(failed(STATES_CSV))?;
-            state.episodes.append(&encoded.episodes).map_err(failed(EPISODES_CSV))?;
+            tables.states.append(&encoded.states).map_err(failed(STATES_CSV))?;
+            tables.episodes.append(&encoded.episodes).map_err(failed(EPISODES_CSV))?;
             state.written += 1;
-            state.timings.append(&encoded.timings).map_err(failed(TIMINGS_CSV))?;
+            tables.timings.append(&encoded.timings).map_err(failed(TIMINGS_CSV))?;
         }
         Ok(())
     }
@@ -434,16 +540,18 @@ impl Encoded {
 /// The manifest of the folder, if it is of the same run.
 fn recognise(folder: &Path, identity: &Identity) -> Result<Manifest, ResultsError> {
     let foreign = |reason| ResultsError::Foreign { folder: folder.to_owned(), reason };
-    let text = files::text(&folder.join(MANIFEST_JSON), MANIFEST_BYTES_MAX)
-        .map_err(|error| foreign(format!("{MANIFEST_JSON} cannot be read: {error}")))?;
-    let manifest: Manifest = serde_json::from_str(&text)
-        .map_err(|error| foreign(format!("{MANIFEST_JSON} is not of this version: {error}")))?;
+    let manifest = Manifest::read(folder).map_err(foreign)?;
     let differences = manifest.identity.differences(identity);
     if differences.is_empty() {
         Ok(manifest)
     } else {
         Err(ResultsError::Different { folder: folder.to_owned(), differences })
     }
+}
+
+fn write_manifest(folder: &Path, manifest: &Manifest) -> Result<(), ResultsError> {
+    let text = serde_json::to_string_pretty(manifest).expect("a manifest is plain data");
+    store::replace(&folder.join(MANIFEST_JSON), (text + "\n").as_bytes())
 }
 
 /// The whole lines of `timings.csv`, or a new one.

@@ -72,14 +72,15 @@ pub use crate::digest::Digest;
 pub use columns::{COLUMNS, Column, Known, columns, header, metric_column, metric_columns};
 pub use compare::{Difference, compare};
 pub use csv_rows::{Reader, header_line, write_row};
-pub use identity::{Identity, Launch, Manifest};
+pub use identity::{BUILD, Identity, Launch, Manifest, settings_hash};
 pub use journal::{
     Block, EPISODES_CSV, Existing, Journal, MANIFEST_BYTES_MAX, MANIFEST_JSON, Opened, STATES_CSV, SUMMARY_CSV,
-    TIMINGS_CSV, WINDOW_BLOCKS,
+    TIMINGS_CSV, TRACES, WINDOW_BLOCKS,
 };
 pub use order::{Order, StackAt};
 pub use row::Row;
 pub use states::Answer;
+pub(crate) use store::put;
 pub use summary::{Rate, Statistics, SummaryRow, summarise, summarise_rows, write_summary};
 pub use table::table;
 pub(crate) use table::title;
@@ -122,10 +123,25 @@ pub enum ResultsError {
         source: io::Error,
     },
     /// Another run holds the folder's lock.
-    #[error("`{}` is in use by another run: wait for it, or write elsewhere with --out", folder.display())]
+    #[error("`{}` is in use by {holder}: wait for it with --wait-lock SECONDS, or write elsewhere with --out", folder.display())]
     Locked {
         /// The folder.
         folder: PathBuf,
+        /// Process and host that hold it, as far as they are known.
+        holder: String,
+    },
+    /// A table is not as the finished run left it.
+    #[error("`{}` has been altered since its run was finished, as its hash in manifest.json says: bring the old one back, \
+        write elsewhere with --out, or run all of it again with --force", path.display())]
+    Altered {
+        /// The table.
+        path: PathBuf,
+    },
+    /// A table that is being written is not where it was.
+    #[error("`{}` has been removed, moved or replaced while the run was writing it: nothing more is written", path.display())]
+    Gone {
+        /// The table.
+        path: PathBuf,
     },
     /// The folder holds results of another run.
     #[error("`{}` holds results of another run: {}. Write elsewhere with --out, or replace them with --force",

@@ -1,6 +1,7 @@
 //! Writes that survive a kill or a full disk.
 
 use super::ResultsError;
+use super::identity::host;
 use crate::clock::Stopwatch;
 use crate::files::{self, LineFeeds};
 use std::fs::{File, TryLockError};
@@ -106,27 +107,130 @@ pub(super) fn whole_lines(file: &mut File) -> io::Result<u64> {
     Ok(0)
 }
 
-/// Locks a folder for as long as the file that it returns is not dropped.
-pub(super) fn lock(folder: &Path) -> Result<File, ResultsError> {
+/// Hold on a folder, for as long as it lives.
+#[derive(Debug)]
+pub(super) struct Hold {
+    _file: Option<File>,
+    /// Why nothing can be written here; what is complete can be read all the same.
+    pub(super) read_only: Option<ResultsError>,
+    /// Whether the lock keeps others away: some file systems have none.
+    pub(super) is_guarded: bool,
+}
+
+/// Locks a folder. The lock is the system's own, on an open file: whoever held it and has ended, in whatever way, holds it no more.
+/// A folder that may only be read is locked if there is a lock file; a run that writes it is noticed by that.
+pub(super) fn lock(folder: &Path) -> Result<Hold, ResultsError> {
     let path = folder.join(LOCK);
-    let file = File::options().create(true).append(true).open(&path).map_err(ResultsError::io("write", &path))?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(ResultsError::Locked { folder: folder.to_owned() }),
+    let mut hold = Hold { _file: None, read_only: None, is_guarded: true };
+    let locked = match File::options().create(true).read(true).write(true).truncate(false).open(&path) {
+        Ok(mut file) => {
+            let locked = file.try_lock();
+            if locked.is_ok() {
+                // For whoever waits; the lock holds without it, as on a full disk.
+                let _ = file.set_len(0).and_then(|()| writeln!(file, "process {} on {}", std::process::id(), host()));
+            }
+            hold._file = Some(file);
+            locked
+        }
+        Err(error) if matches!(error.kind(), io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem) => {
+            hold.read_only = Some(ResultsError::io("write", &path)(error));
+            match files::open(&path, LOCK_BYTES_MAX) {
+                Ok(file) => {
+                    let locked = file.try_lock_shared();
+                    hold._file = Some(file);
+                    locked
+                }
+                Err(_) => Ok(()),
+            }
+        }
+        Err(error) => return Err(ResultsError::io("write", &path)(error)),
+    };
+    match locked {
+        Ok(()) => Ok(hold),
+        Err(TryLockError::WouldBlock) => Err(ResultsError::Locked { folder: folder.to_owned(), holder: holder(&path) }),
+        Err(TryLockError::Error(error)) if has_no_locks(&error) => Ok(Hold { is_guarded: false, ..hold }),
         Err(TryLockError::Error(error)) => Err(ResultsError::io("lock", &path)(error)),
     }
 }
 
+/// Largest number of bytes of a lock file.
+const LOCK_BYTES_MAX: u64 = 1 << 10;
+
+/// Who holds a lock, by what its holder wrote.
+fn holder(lock: &Path) -> String {
+    let said = files::text(lock, LOCK_BYTES_MAX).unwrap_or_default();
+    let said: String = said.lines().next().unwrap_or_default().chars().filter(|c| !c.is_control()).collect();
+    if said.is_empty() { "another run".to_owned() } else { said }
+}
+
+/// Whether an error says that the file system knows no locks, as some network file systems.
+fn has_no_locks(error: &io::Error) -> bool {
+    /// ENOLCK, which has no kind of its own.
+    const NO_LOCKS: i32 = 37;
+    error.kind() == io::ErrorKind::Unsupported || (cfg!(target_os = "linux") && error.raw_os_error() == Some(NO_LOCKS))
+}
+
+/// What tells the file at a path from every other; `None` if there is none. Where the system numbers no files, one is like another.
+pub(super) fn place(path: &Path) -> Option<(u64, u64)> {
+    let found = std::fs::metadata(path).ok()?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        Some((found.dev(), found.ino()))
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = found;
+        Some((0, 0))
+    }
+}
+
+/// Brings the names in a folder to the disk: a file that is synced may still lose its name. Elsewhere than on Unix folders cannot be synced.
+pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {
+    if cfg!(unix) { File::options().read(true).open(folder)?.sync_all() } else { Ok(()) }
+}
+
 /// Puts a file in place as a whole: a reader sees the old content or the new, never a part.
+pub(crate) fn put(path: &Path, content: &[u8]) -> io::Result<()> {
+    let fresh = path.with_extension(FRESH);
+    let mut file = File::create(&fresh)?;
+    file.write_all(content)?;
+    file.sync_all()?;
+    std::fs::rename(&fresh, path)
+}
+
+/// Extension of a file that is not in place yet.
+const FRESH: &str = "new";
+
+/// Puts a file in place as a whole, and brings its name to the disk as well.
 pub(super) fn replace(path: &Path, content: &[u8]) -> Result<(), ResultsError> {
-    let fresh = path.with_extension("new");
-    let write = || {
-        let mut file = File::create(&fresh)?;
-        file.write_all(content)?;
-        file.sync_all()?;
-        std::fs::rename(&fresh, path)
-    };
+    let write = || put(path, content).and_then(|()| path.parent().map_or(Ok(()), sync_folder));
     write().map_err(ResultsError::io("write", path))
+}
+
+/// Removes the traces in a folder that are not to be kept; what no run has written there stays.
+pub(super) fn remove_traces(folder: &Path, is_kept: impl Fn(&Path) -> bool) -> Result<(), ResultsError> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Ok(()) };
+    for entry in entries {
+        let path = entry.map_err(ResultsError::io("read", folder))?.path();
+        if is_trace(&path) && !is_kept(&path) {
+            remove(&path)?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a file is called as a run calls a trace: `e000017_dwa.csv`, `p0003_e000017_dwa.lidar.csv`, or not in place yet.
+fn is_trace(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let number = |text: &str, letter: char| {
+        let rest = text.strip_prefix(letter)?;
+        let (digits, rest) = rest.split_once('_')?;
+        (!digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())).then(|| rest.to_owned())
+    };
+    let episode = number(&name, 'p').unwrap_or_else(|| name.to_string());
+    let is_ours = path.extension().is_some_and(|extension| extension == "csv" || extension == FRESH);
+    is_ours && number(&episode, 'e').is_some()
 }
 
 /// Longest beginning of a table in which its first line is looked for, bytes.
@@ -168,6 +272,16 @@ pub(super) fn remove(path: &Path) -> Result<(), ResultsError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn traces_are_known_by_their_names() {
+        for name in ["e000017_dwa.csv", "p0003_e000017_a_star+dwa.lidar.csv", "e1000000_x.new"] {
+            assert!(is_trace(Path::new(name)), "{name}");
+        }
+        for name in ["episodes.csv", "e_mine.csv", "e000017_dwa.svg", "p3_mine.csv", "e12.csv", "notes.new"] {
+            assert!(!is_trace(Path::new(name)), "{name}");
+        }
+    }
 
     /// A disk with room for a given number of bytes.
     struct SmallDisk {

@@ -56,6 +56,11 @@ impl Edit {
         Self { origin: format!("{before}{path}{after}"), path_start: before.len(), path: path.to_owned(), value }
     }
 
+    /// The edit as `--set` takes it.
+    pub fn argument(&self) -> &str {
+        &self.origin[self.path_start..]
+    }
+
     /// Makes the edit and returns its places in the tree: one, or with a `*` at least one.
     ///
     /// # Errors

@@ -73,6 +73,11 @@ impl ScenarioFile {
         Self { path: path.into(), text }
     }
 
+    /// The file, as it was named.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The folder in which relative paths of the scenario start.
     pub fn folder(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))

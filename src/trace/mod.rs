@@ -3,10 +3,12 @@
 mod csv;
 mod detail;
 mod digest;
+mod header;
 
 pub use csv::{write_csv, write_scans};
 pub use detail::{BeliefChange, Detail};
 pub use digest::digest;
+pub use header::Header;
 
 use crate::geometry::{Path, Pose, Twist, Vec2};
 use crate::plan::contract::{Notes, State};

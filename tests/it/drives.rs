@@ -36,8 +36,15 @@ fn run(case: &str, more: &[&str]) -> (Vec<Row>, BTreeMap<String, Vec<Row>>) {
     let scratch = tempfile::tempdir().expect("a folder");
     let out = scratch.path().join("out");
     answer("run", case, &[&["--quiet", "--trace", "--out", out.to_str().expect("a name")], more].concat(), 0);
-    let read =
-        |path: PathBuf| csv::Reader::from_path(path).expect("a table").deserialize().map(Result::unwrap).collect();
+    let read = |path: PathBuf| {
+        csv::ReaderBuilder::new()
+            .comment(Some(b'#'))
+            .from_path(path)
+            .expect("a table")
+            .deserialize()
+            .map(Result::unwrap)
+            .collect()
+    };
     let rows: Vec<Row> = read(out.join("episodes.csv"));
     let trace = |row: &Row| {
         let name = format!("traces/e{:0>6}_{}.csv", row["episode"], row["stack"]);
@@ -209,7 +216,8 @@ fn a_robot_that_has_to_stand_has_the_heading_of_the_goal_in_force() {
     let mut seen = 0;
     for trace in traces.iter().filter(|path| path.to_string_lossy().contains("traces")) {
         let table = std::fs::read_to_string(trace).unwrap();
-        let rows: Vec<Row> = csv::Reader::from_reader(table.as_bytes()).deserialize().map(|row| row.unwrap()).collect();
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(table.as_bytes());
+        let rows: Vec<Row> = reader.deserialize().map(|row| row.unwrap()).collect();
         let last = rows.last().unwrap();
         assert!(number(last, "v_mps").abs() <= 0.05 && number(last, "omega_radps").abs() <= 0.1, "{last:?}");
         assert!((number(last, "theta_rad") + 1.5).abs() <= 0.1, "{last:?}");

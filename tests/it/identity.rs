@@ -1,10 +1,13 @@
 //! Nothing mixes: rows, traces and folders belong to one run, and whoever goes on with another one is told what differs.
 
-use super::support::{root, simrun};
-use std::collections::BTreeSet;
+use super::reproduce::write_tiny_paper;
+use super::support::{Simrun, root, simrun};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::Path;
-use std::process::Command;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
 #[path = "../../build/build_id.rs"]
 pub(super) mod build_id;
@@ -317,4 +320,382 @@ fn a_changed_file_is_another_run_and_is_named() {
         run("5").ends_with(0);
         assert!(table().starts_with(&whole) || scenario.contains("sweep"), "{name}");
     }
+}
+
+/// A scratch folder with a scenario of 4 episodes that are quick to drive.
+fn quick() -> tempfile::TempDir {
+    let scratch = tempfile::tempdir().unwrap();
+    let map = "map: {empty: {cols: 20, rows: 10, resolution_m: 0.5}}\n";
+    write(scratch.path(), &[("s.yaml", &format!("{map}episodes: 4\n{STACKS}"))]);
+    scratch
+}
+
+/// `simrun run s.yaml --quiet --out out`, with more arguments.
+fn run(scratch: &Path, more: &[&str]) -> Simrun {
+    let mut command = simrun(scratch);
+    command.args(["run", "s.yaml", "--quiet", "--out", "out"]).args(more);
+    command
+}
+
+fn text(path: impl AsRef<Path>) -> String {
+    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.as_ref().display()))
+}
+
+/// Every file of a folder and of those in it with its content, but the lock.
+fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(contents(&path));
+        } else if !path.ends_with(".lock") {
+            found.insert(path.clone(), fs::read(path).unwrap());
+        }
+    }
+    found
+}
+
+/// A table with another value in a column of its first row.
+fn altered(table: &str, column: &str) -> String {
+    let mut lines: Vec<Vec<&str>> = table.split('\n').map(|line| line.split(',').collect()).collect();
+    let index = lines[0].iter().position(|name| *name == column).unwrap();
+    lines[1][index] = "3";
+    lines.iter().map(|line| line.join(",")).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn an_altered_table_is_told_by_analyze_and_verify_and_refused_by_run() {
+    for (table, column) in [("episodes.csv", "length_m"), ("states.csv", "entries")] {
+        let scratch = quick();
+        run(scratch.path(), &[]).ends_with(0);
+        let out = scratch.path().join("out");
+        let said = simrun(scratch.path()).args(["verify", "out"]).ends_with(0).stdout;
+        assert_eq!(said, "out: episodes.csv, states.csv, summary.csv are as the finished run left them\n");
+        assert_eq!(simrun(scratch.path()).args(["analyze", "out"]).ends_with(0).stderr, "");
+        // Git and editors turn line ends; that is no alteration.
+        let whole = text(out.join(table));
+        fs::write(out.join(table), whole.replace('\n', "\r\n")).unwrap();
+        simrun(scratch.path()).args(["verify", "out"]).ends_with(0);
+        fs::write(out.join(table), &whole).unwrap();
+
+        fs::write(out.join(table), altered(&whole, column)).unwrap();
+        let before = contents(&out);
+        let said = simrun(scratch.path()).args(["verify", "out"]).ends_with(3).stderr;
+        assert!(said.contains(&format!("altered since the run was finished: {table}")), "{said}");
+        let said = simrun(scratch.path()).args(["analyze", "out"]).ends_with(0).stderr;
+        assert_eq!(said.contains("warning: `out/episodes.csv` has been altered"), table == "episodes.csv", "{said}");
+        for more in [&[][..], &["--episodes", "6"], &["--trace"]] {
+            let said = run(scratch.path(), more).ends_with(1).stderr;
+            assert!(said.contains(&format!("`out/{table}` has been altered since its run was finished")), "{said}");
+        }
+        assert_eq!(contents(&out), before);
+        run(scratch.path(), &["--force"]).ends_with(0);
+        assert_eq!(text(out.join(table)), whole);
+    }
+}
+
+#[test]
+fn a_table_that_lost_its_end_is_completed_if_the_rest_is_as_it_was() {
+    let scratch = quick();
+    run(scratch.path(), &[]).ends_with(0);
+    let table = scratch.path().join("out/episodes.csv");
+    let whole = text(&table);
+    fs::write(&table, &whole[..whole.len() - 40]).unwrap();
+    run(scratch.path(), &[]).ends_with(0);
+    assert_eq!(text(&table), whole);
+    // The end is gone and the beginning altered: the rows are made, and the hash tells.
+    fs::write(&table, altered(&whole[..whole.len() - 40], "length_m")).unwrap();
+    let said = run(scratch.path(), &[]).ends_with(1).stderr;
+    assert!(said.contains("has been altered since its run was finished"), "{said}");
+    run(scratch.path(), &[]).ends_with(1);
+    simrun(scratch.path()).args(["verify", "out"]).ends_with(3);
+    let said = simrun(scratch.path()).args(["verify", "s.yaml"]).ends_with(0).stdout;
+    assert!(said.contains("identical"), "{said}");
+}
+
+#[test]
+fn traces_belong_to_the_run_of_their_folder() {
+    let scratch = quick();
+    let traces = scratch.path().join("out/traces");
+    let names = || {
+        let mut names: Vec<String> =
+            fs::read_dir(&traces).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    };
+    let expected = |count: usize| (0..count).map(|n| format!("e{n:06}_a_star+pure_pursuit.csv")).collect::<Vec<_>>();
+    // Asked for at once, or of a finished folder, or of one that is extended: the same traces.
+    run(scratch.path(), &["--trace"]).ends_with(0);
+    assert_eq!(names(), expected(4));
+    let first = contents(&traces);
+    run(scratch.path(), &["--force"]).ends_with(0);
+    assert_eq!(names(), [""; 0]);
+    run(scratch.path(), &["--trace", "--episodes", "4"]).ends_with(0);
+    // The edit stands in the header.
+    let rows = |contents: &BTreeMap<PathBuf, Vec<u8>>| {
+        let rows = |bytes: &Vec<u8>| bytes.split(|&byte| byte == b'\n').filter(|line| !line.starts_with(b"#")).count();
+        contents.iter().map(|(path, bytes)| (path.clone(), rows(bytes))).collect::<Vec<_>>()
+    };
+    assert_eq!(rows(&contents(&traces)), rows(&first));
+    fs::remove_dir_all(&traces).unwrap();
+    run(scratch.path(), &["--trace"]).ends_with(0);
+    assert_eq!(contents(&traces), first);
+    fs::remove_file(traces.join(&expected(4)[2])).unwrap();
+    run(scratch.path(), &["--trace", "--episodes", "6"]).ends_with(0);
+    assert_eq!(names(), expected(6));
+
+    // What is there is not driven again; what belongs to another drive is.
+    let third = traces.join(&expected(4)[2]);
+    let marked = text(&third) + "mine\n";
+    fs::write(&third, &marked).unwrap();
+    run(scratch.path(), &["--trace", "--episodes", "6"]).ends_with(0);
+    assert_eq!(text(&third), marked);
+    fs::write(&third, marked.replace("# episode: 2", "# episode: 3")).unwrap();
+    run(scratch.path(), &["--trace", "--episodes", "6"]).ends_with(0);
+    assert!(!text(&third).contains("mine"));
+
+    // Another run leaves none of the old behind, and nothing of others is touched.
+    write(&traces, &[("notes.csv", "mine")]);
+    let other = ["--force", "--trace", "--episodes", "2", "--set", "stacks.local=[dwa]"];
+    run(scratch.path(), &other).ends_with(0);
+    assert_eq!(names(), ["e000000_a_star+dwa.csv", "e000001_a_star+dwa.csv", "notes.csv"]);
+    // Nor does a single episode of another run get in.
+    let said = run(scratch.path(), &["--trace", "--episode", "0"]).ends_with(1).stderr;
+    assert!(said.contains("holds results of another run") && said.contains("stacks.local"), "{said}");
+    // Rows taken away: traces of another run go when a new one begins.
+    fs::remove_file(scratch.path().join("out/episodes.csv")).unwrap();
+    run(scratch.path(), &[]).ends_with(0);
+    assert_eq!(names(), ["notes.csv"]);
+}
+
+#[test]
+fn a_trace_can_be_driven_again_from_itself() {
+    let scratch = quick();
+    let more = ["--trace", "--set", "limits.speed_max_mps=0.8", "--seed", "9"];
+    run(scratch.path(), &more).ends_with(0);
+    let trace = scratch.path().join("out/traces/e000002_a_star+pure_pursuit.csv");
+    let header: Vec<String> =
+        text(&trace).lines().map_while(|line| line.strip_prefix("# ").map(str::to_owned)).collect();
+    let rows = text(scratch.path().join("out/episodes.csv"));
+    let digest = |line: &str| {
+        let column = rows.lines().next().unwrap().split(',').position(|name| name == "trace_digest").unwrap();
+        line.split(',').nth(column).unwrap().to_owned()
+    };
+    let command =
+        "simrun run s.yaml --episode 2 --stack a_star+pure_pursuit --set limits.speed_max_mps=0.8 --set seed=9";
+    assert_eq!(
+        header[..8],
+        [
+            &format!("command: {command}"),
+            "scenario: s.yaml",
+            "edits: [\"limits.speed_max_mps=0.8\",\"seed=9\"]",
+            "seed: 9",
+            "point: 0",
+            "episode: 2",
+            "stack: a_star+pure_pursuit",
+            &format!("build: {}", env!("SIMRUN_BUILD")),
+        ]
+    );
+    assert_eq!(header[9], format!("trace_digest: {}", digest(rows.lines().nth(3).unwrap())));
+    // Its command prints its row.
+    let printed = simrun(scratch.path()).args(command.split(' ').skip(1)).ends_with(0).stdout;
+    assert_eq!(printed.lines().nth(1), rows.lines().nth(3));
+
+    // It is drawn as it was driven, from its own folder as well.
+    let picture = |folder: &Path, arguments: &[&str]| {
+        simrun(folder).arg("draw").args(arguments).args(["-o", "-"]).ends_with(0).stdout
+    };
+    let of_scenario =
+        picture(scratch.path(), &["s.yaml", "--episode", "2", "--set", "limits.speed_max_mps=0.8", "--seed", "9"]);
+    assert_eq!(picture(scratch.path(), &["out/traces/e000002_a_star+pure_pursuit.csv"]), of_scenario);
+    assert_eq!(picture(trace.parent().unwrap(), &["e000002_a_star+pure_pursuit.csv"]), of_scenario);
+    let draw = |file: &str| {
+        let mut command = simrun(scratch.path());
+        command.args(["draw", file]);
+        command
+    };
+    let said = draw("out/episodes.csv").ends_with(2).stderr;
+    assert!(said.contains("does not begin with the lines `# scenario: …`"), "{said}");
+    let said = draw("out/traces/e000002_a_star+pure_pursuit.csv").args(["--seed", "8"]).ends_with(2).stderr;
+    assert!(said.contains("nothing of it can be changed"), "{said}");
+    let scenario = text(scratch.path().join("s.yaml")).replace("cols: 20", "cols: 21");
+    fs::write(scratch.path().join("s.yaml"), scenario).unwrap();
+    let said = draw("out/traces/e000002_a_star+pure_pursuit.csv").ends_with(1).stderr;
+    assert!(said.contains("comes out otherwise: the scenario `s.yaml` has been changed"), "{said}");
+    assert!(!scratch.path().join("episode.svg").exists());
+}
+
+/// A run that lasts for hours, in a process of its own, which ends with the test.
+struct LongRun(Child);
+
+impl LongRun {
+    fn start(scratch: &Path) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_simrun"));
+        command.current_dir(scratch).args(["run", "s.yaml", "--quiet", "--out", "out", "--threads", "1"]);
+        Self(command.args(["--episodes", "1000000"]).stderr(Stdio::piped()).spawn().unwrap())
+    }
+
+    /// Exit code and messages, once it has ended by itself.
+    fn end(&mut self) -> (Option<i32>, String) {
+        let mut said = String::new();
+        self.0.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+        (self.0.wait().unwrap().code(), said)
+    }
+}
+
+impl Drop for LongRun {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Waits until something holds, which must come soon.
+fn until(what: &str, holds: impl Fn() -> bool) {
+    for _ in 0..6000 {
+        if holds() {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    panic!("still waiting: {what}");
+}
+
+fn has_rows(table: &Path) -> bool {
+    fs::read(table).is_ok_and(|bytes| bytes.iter().filter(|&&byte| byte == b'\n').count() > 2)
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_goes_under_way_ends_the_run_at_once() {
+    for what in ["removed", "moved", "table", "replaced"] {
+        let scratch = quick();
+        let out = scratch.path().join("out");
+        let mut run = LongRun::start(scratch.path());
+        until("rows", || has_rows(&out.join("episodes.csv")));
+        match what {
+            // A block may be put there while the folder is being emptied.
+            "removed" => until("removal", || fs::remove_dir_all(&out).is_ok() || !out.exists()),
+            "moved" => fs::rename(&out, scratch.path().join("elsewhere")).unwrap(),
+            "table" => fs::remove_file(out.join("episodes.csv")).unwrap(),
+            _ => {
+                fs::copy(out.join("episodes.csv"), out.join("copy")).unwrap();
+                fs::rename(out.join("copy"), out.join("episodes.csv")).unwrap();
+            }
+        }
+        let before = scratch.path().join("out").exists().then(|| contents(&out).len());
+        let (code, said) = run.end();
+        assert_eq!(code, Some(1), "{what}: {said}");
+        assert!(said.contains("removed, moved or replaced while the run was writing it"), "{what}: {said}");
+        assert_eq!(scratch.path().join("out").exists().then(|| contents(&out).len()), before, "{what}");
+    }
+}
+
+/// The command as somebody who may not write everywhere, as the superuser may.
+#[cfg(unix)]
+fn as_a_user(scratch: &Path, arguments: &[&str]) -> (i32, String, String) {
+    use std::os::unix::fs::MetadataExt as _;
+    use std::os::unix::process::CommandExt as _;
+    let mut command = Command::new(env!("CARGO_BIN_EXE_simrun"));
+    command.current_dir(scratch).args(arguments).env("NO_COLOR", "1");
+    if fs::metadata("/proc/self").is_ok_and(|process| process.uid() == 0) {
+        command.uid(65534).gid(65534);
+    }
+    let output = command.output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+/// Takes away the right to write in a folder and everything in it, or gives it back.
+#[cfg(unix)]
+fn set_read_only(folder: &Path, is_read_only: bool) {
+    use std::os::unix::fs::PermissionsExt as _;
+    let set = |path: &Path, mode: u32| fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            set_read_only(&path, is_read_only);
+        } else {
+            set(&path, if is_read_only { 0o444 } else { 0o644 });
+        }
+    }
+    set(folder, if is_read_only { 0o555 } else { 0o755 });
+}
+
+#[cfg(unix)]
+#[test]
+fn a_finished_folder_that_may_only_be_read_is_shown() {
+    let scratch = quick();
+    let out = scratch.path().join("out");
+    let table = simrun(scratch.path()).args(["run", "s.yaml", "--out", "out"]).ends_with(0).stdout;
+    write_tiny_paper(scratch.path());
+    let reproduce = ["reproduce", "tiny", "--papers", ".", "--episodes", "2", "--out", "paper"];
+    let judged = simrun(scratch.path()).args(reproduce).ends_with(0).stdout;
+    for has_lock in [true, false] {
+        set_read_only(scratch.path(), true);
+        let before = contents(scratch.path());
+        assert_eq!(as_a_user(scratch.path(), &["run", "s.yaml", "--out", "out"]).1, table);
+        let (code, shown, said) = as_a_user(scratch.path(), &["run", "s.yaml", "--out", "out"]);
+        assert_eq!((code, shown.as_str()), (0, table.as_str()), "{said}");
+        assert!(said.contains("complete, nothing to run") && !said.contains("rror"), "{said}");
+        assert_eq!(as_a_user(scratch.path(), &["analyze", "out"]).0, 0);
+        assert_eq!(as_a_user(scratch.path(), &["verify", "out"]).0, 0);
+        let (code, shown, said) = as_a_user(scratch.path(), &reproduce);
+        assert_eq!((code, shown.as_str()), (0, judged.as_str()), "{said}");
+        // More of it cannot be written.
+        let (code, _, said) = as_a_user(scratch.path(), &["run", "s.yaml", "--out", "out", "--episodes", "5"]);
+        assert!(code == 1 && said.contains("cannot write `out/.lock`"), "{said}");
+        assert_eq!(contents(scratch.path()), before);
+        set_read_only(scratch.path(), false);
+        if has_lock {
+            fs::remove_file(out.join(".lock")).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_folder_in_use_is_told_with_its_holder_and_waited_for() {
+    let scratch = quick();
+    let out = scratch.path().join("out");
+    // A lock file that nobody holds is no lock, whatever it says.
+    write(&out, &[(".lock", "process 1 on elsewhere\n")]);
+    run(scratch.path(), &[]).ends_with(0);
+    let mut long = LongRun::start(scratch.path());
+    let id = long.0.id();
+    until("lock", || text(out.join(".lock")).starts_with(&format!("process {id} on ")));
+    let said = run(scratch.path(), &["--episodes", "1000000"]).ends_with(75).stderr;
+    assert!(said.contains(&format!("`out` is in use by process {} on ", id)), "{said}");
+    assert!(said.contains("--wait-lock"), "{said}");
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(&out, scratch.path().join("link")).unwrap();
+        let mut linked = simrun(scratch.path());
+        linked.args(["run", "s.yaml", "--quiet", "--episodes", "1000000", "--out", "link"]).ends_with(75);
+    }
+    let said = run(scratch.path(), &["--episodes", "1000000", "--wait-lock", "1"]).ends_with(75).stderr;
+    assert!(said.contains("waiting for it"), "{said}");
+    // When it ends, however it ends, the next one has the folder.
+    let waiting = std::thread::scope(|scope| {
+        let waiting = scope.spawn(|| run(scratch.path(), &["--force", "--wait-lock", "60"]).ends_with(0).stderr);
+        std::thread::sleep(Duration::from_millis(300));
+        long.0.kill().unwrap();
+        long.0.wait().unwrap();
+        waiting.join().unwrap()
+    });
+    assert!(waiting.contains(&format!("in use by process {}", id)), "{waiting}");
+}
+
+#[test]
+fn names_that_are_one_folder_where_capitals_do_not_count_are_refused() {
+    let scratch = quick();
+    let scenario = text(scratch.path().join("s.yaml"));
+    write(
+        scratch.path(),
+        &[("a.yaml", &format!("name: Hall\n{scenario}")), ("b.yaml", &format!("name: hall\n{scenario}"))],
+    );
+    let said = simrun(scratch.path()).args(["run", "a.yaml", "b.yaml"]).ends_with(2).stderr;
+    assert!(said.contains("`Hall` and `hall` are the same folder where capitals do not count"), "{said}");
+    let said = simrun(scratch.path()).args(["run", "a.yaml", "a.yaml"]).ends_with(2).stderr;
+    assert!(said.contains("two scenarios are called `Hall`"), "{said}");
+    assert!(!scratch.path().join("results").exists());
 }

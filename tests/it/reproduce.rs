@@ -101,6 +101,11 @@ ablate:
   - {id: hurried, says: half speed is no half speed, of: world, set: [limits.speed_max_mps=4, limits.acceleration_max_mps2=9], tables: [slow], kindest: true}
 ";
 
+/// The made-up paper, called `tiny`.
+pub fn write_tiny_paper(folder: &Path) {
+    write_paper(folder, PAPER, NUMBERS);
+}
+
 fn write_paper(folder: &Path, paper: &str, numbers: &str) {
     fs::write(folder.join("tiny.paper.yaml"), paper).unwrap();
     fs::write(folder.join("tiny_claims.csv"), numbers).unwrap();

@@ -399,8 +399,11 @@ fn a_full_disk_fails_the_run_and_leaves_whole_blocks() {
     run(&folder, 2);
     let [third, fourth] = [folder.take().unwrap(), folder.take().unwrap()];
     let whole = std::fs::read(directory.path().join(EPISODES_CSV)).unwrap();
-    folder.state().timings = full_disk(full);
-    folder.state().episodes = full_disk(full);
+    {
+        let mut state = folder.state();
+        let tables = state.tables.as_mut().unwrap();
+        (tables.timings, tables.episodes) = (full_disk(full), full_disk(full));
+    }
     let answer = rows(&third);
     let error = folder.submit(third, &answer).unwrap_err();
     assert!(matches!(error, ResultsError::Io { action: "write", .. }), "{error}");
