@@ -80,9 +80,9 @@ impl<'e> Session<'e> {
         let path = self.journal.path().join(EPISODES_CSV);
         let refuse = |source| ResultsError::Read { path: path.clone(), source };
         let table = files::open(&path, u64::MAX).map_err(ResultsError::io("read", &path))?;
-        let mut reader = Reader::new(BufReader::new(table)).map_err(refuse)?;
+        let reader = Reader::new(BufReader::new(table)).map_err(refuse)?;
         let mut found: Vec<Untraced> = Vec::new();
-        while let Some(row) = reader.next() {
+        for row in reader {
             let row = row.map_err(refuse)?;
             let Some(digest) = row.trace_digest else { continue };
             if self.experiment.has_trace(folder, &row) {
