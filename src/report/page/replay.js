@@ -146,7 +146,11 @@ const SimrunReplay = (() => {
     if (!Number.isFinite(value)) return "–";
     if (value === 0) return "0";
     const size = Math.abs(value);
-    return value.toFixed(whole || size >= 100 ? 0 : size >= 10 ? 1 : 2).replace("-", "−");
+    return value.toFixed(whole || size >= 100 ? 0 : size >= 10 ? 1 : size >= 0.1 ? 2 : 3).replace("-", "−");
+  }
+
+  function measured(value, unit, whole) {
+    return short(value, whole) + (unit && unit !== "°" ? ` ${unit}` : unit);
   }
 
   /** The index and the fraction of a tick at which a drive stands at `time`; after its end it stays there. */
@@ -501,10 +505,11 @@ const SimrunReplay = (() => {
         const placed = this.place(mover.shape.path, pose);
         c.fillStyle = style.mover;
         c.fill(placed);
+        const place = this.screen(pose.x, pose.y);
+        if (mover.shape.reach * this.view.scale < 2.5) this.dot(c, ...place, 2.5);
         c.strokeStyle = style.floor;
         c.lineWidth = 1;
         c.stroke(placed);
-        const place = this.screen(pose.x, pose.y);
         if (sensed.includes(number)) {
           c.beginPath();
           c.arc(...place, mover.shape.reach * this.view.scale + 4, 0, 2 * Math.PI);
@@ -734,7 +739,11 @@ const SimrunReplay = (() => {
         const value = values[Math.min(tick, values.length - 1)];
         c.fillStyle = hovers ? style.muted : style.ink;
         c.font = `600 12px ${style.family}`;
-        c.fillText(`${short(value, stepped)} ${unit}`.trim(), surface.width - STRIP.right, this.rowTop(i) + STRIP.head / 2);
+        const text = [measured(value, unit, stepped), surface.width - STRIP.right, this.rowTop(i) + STRIP.head / 2];
+        c.strokeStyle = style.page;
+        c.lineWidth = 4;
+        c.strokeText(...text);
+        c.fillText(...text);
         if (!Number.isFinite(value)) return;
         c.beginPath();
         c.arc(this.across(this.drive.times[tick]), this.down(i, value), 3, 0, 2 * Math.PI);
@@ -927,6 +936,9 @@ const SimrunReplay = (() => {
     play: "M5 3l9 5.5L5 14z", pause: "M4 3h3v11H4zM10 3h3v11h-3z", back: "M11 3L4.5 8.5 11 14zM3 3h1.5v11H3z", step: "M6 3l6.5 5.5L6 14zM12.5 3H14v11h-1.5z",
   };
 
+  /** What people look for first among the metrics of a drive. */
+  const STATS_FIRST = ["time_s", "length_m", "clearance_min_m", "speed_mean_mps", "replans"];
+
   /** An element with attributes and children; `on…` are listeners. */
   function make(tag, attributes = {}, ...children) {
     const element = document.createElement(tag);
@@ -980,13 +992,15 @@ const SimrunReplay = (() => {
       this.clock = make("div", { class: "replay-now" });
       this.frame = make("div", { class: "replay-world" }, make("div", { class: "replay-head" }, this.clock, zoom), this.canvas);
       this.copyButton = make("button", { type: "button", onclick: () => player.copy(entry.command, this.copyButton) }, "Copy");
-      const stats = Object.entries(entry.stats ?? {}).filter(([, value]) => value !== null && value !== "").map(([key, value]) => {
-        const { name, unit } = quantity(key);
-        return make("div", {}, make("dt", {}, name), make("dd", {}, `${typeof value === "number" ? short(value, !unit && Number.isInteger(value)) : value} ${unit}`.trim()));
+      const keys = Object.keys(entry.stats ?? {}).filter((key) => Number.isFinite(entry.stats[key]));
+      const rank = (key) => (STATS_FIRST.indexOf(key) + 1 || STATS_FIRST.length + 1);
+      const stats = keys.sort((a, b) => rank(a) - rank(b)).map((key) => {
+        const [{ name, unit }, value] = [quantity(key), entry.stats[key]];
+        return make("div", {}, make("dt", {}, name), make("dd", {}, measured(value, unit, !unit && Number.isInteger(value))));
       });
       this.element = make("article", { class: "replay-pane", "aria-label": `${entry.stack ?? ""}, ${entry.outcome ?? ""}` },
         make("header", {}, make("h3", {}, entry.stack ?? entry.id), make("span", { class: "replay-outcome", "data-outcome": entry.outcome ?? "" }, words(entry.outcome))),
-        make("p", { class: "replay-sentence" }, entry.sentence ?? ""),
+        make("p", { class: "replay-sentence" }, [entry.sentence, entry.cause].filter(Boolean).join(": ")),
         this.frame,
         make("div", { class: "replay-side" },
           make("div", { class: "replay-strips" }, chart),
@@ -1072,7 +1086,7 @@ const SimrunReplay = (() => {
       const time = drive.times[tick];
       const shown = `${time.toFixed(Math.abs(time - time.toFixed(1)) > 1e-6 ? 2 : 1)} s`;
       const { x, y, heading } = poseAt(drive.pose, tick);
-      const turned = Math.round((Math.atan2(Math.sin(heading), Math.cos(heading)) * 180) / Math.PI);
+      const turned = ((((Math.round((heading * 180) / Math.PI) + 179) % 360) + 360) % 360) - 179;
       this.clock.replaceChildren(make("b", {}, shown),
         ...(state ? [make("i", { style: `background:${STATE_COLOURS[state.index % STATE_COLOURS.length]}` }), make("span", {}, state.name)] : []),
         make("span", { class: "replay-pose" }, `x ${x.toFixed(2)} m   y ${y.toFixed(2)} m   ${turned}°`.replaceAll("-", "−")));
