@@ -96,7 +96,7 @@ impl<'e> Session<'e> {
         Ok(found)
     }
 
-    /// Drives these episodes again for their traces; calls `after` once per episode, from any thread.
+    /// Drives these episodes again for their traces; calls `after` once per episode, from any thread. [`stop`](Self::stop) ends it early.
     ///
     /// # Errors
     /// If a trace cannot be written, or a drive is not that of its row, whose trace is then not written.
@@ -110,7 +110,8 @@ impl<'e> Session<'e> {
         let next = AtomicUsize::new(0);
         let work = || -> Result<(), RunError> {
             let mut worker = Worker::default();
-            while let Some(Untraced { point, episode, digests }) = untraced.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let take = || untraced.get(next.fetch_add(1, Ordering::Relaxed)).filter(|_| !self.journal.is_stopped());
+            while let Some(Untraced { point, episode, digests }) = take() {
                 let answers = self.experiment.run_block(&mut worker, *point, *episode, Some(folder))?;
                 for (row, (stack, before)) in answers
                     .iter()

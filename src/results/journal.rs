@@ -420,6 +420,11 @@ impl Journal {
         self.changed.notify_all();
     }
 
+    /// Whether [`stop`](Self::stop) was called.
+    pub fn is_stopped(&self) -> bool {
+        self.state().is_stopped
+    }
+
     /// Brings everything to the disk and writes `summary.csv`, then the hashes of all tables into the manifest; `None` if blocks are missing.
     ///
     /// # Errors

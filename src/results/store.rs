@@ -274,6 +274,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_file_system_without_locks_is_known_by_its_errors() {
+        assert!(has_no_locks(&io::ErrorKind::Unsupported.into()));
+        #[cfg(target_os = "linux")]
+        for (number, expected) in [(37, true), (95, true), (38, true), (13, false), (28, false)] {
+            // ENOLCK, EOPNOTSUPP, ENOSYS; EACCES, ENOSPC.
+            assert_eq!(has_no_locks(&io::Error::from_raw_os_error(number)), expected, "{number}");
+        }
+    }
+
+    #[test]
     fn traces_are_known_by_their_names() {
         for name in ["e000017_dwa.csv", "p0003_e000017_a_star+dwa.lidar.csv", "e1000000_x.new"] {
             assert!(is_trace(Path::new(name)), "{name}");

@@ -469,6 +469,23 @@ fn traces_belong_to_the_run_of_their_folder() {
 }
 
 #[test]
+fn a_drive_that_is_not_that_of_its_row_gets_no_trace() {
+    let scratch = quick();
+    run(scratch.path(), &[]).ends_with(0);
+    // As an older version left it: without hashes.
+    let out = scratch.path().join("out");
+    let manifest = text(out.join("manifest.json"));
+    let before_hashes = manifest.split(",\n  \"tables\"").next().unwrap().to_owned() + "\n}\n";
+    fs::write(out.join("manifest.json"), before_hashes).unwrap();
+    let table = altered(&text(out.join("episodes.csv")), "trace_digest").replacen(",3\n", &format!(",{:016x}\n", 3), 1);
+    fs::write(out.join("episodes.csv"), table).unwrap();
+    let said = run(scratch.path(), &["--trace", "--threads", "1"]).ends_with(1).stderr;
+    assert!(said.contains("point 0, episode 0, a_star+pure_pursuit: driven again, it has the trace digest"), "{said}");
+    assert!(said.contains("its row 0000000000000003"), "{said}");
+    assert_eq!(fs::read_dir(out.join("traces")).unwrap().count(), 0);
+}
+
+#[test]
 fn a_trace_can_be_driven_again_from_itself() {
     let scratch = quick();
     let more = ["--trace", "--set", "limits.speed_max_mps=0.8", "--seed", "9"];

@@ -164,6 +164,49 @@ fn a_complete_folder_is_left_as_it_is() {
 }
 
 #[test]
+fn the_manifest_has_the_hashes_of_finished_tables_and_of_no_others() {
+    let directory = tempfile::tempdir().unwrap();
+    let manifest = || Manifest::read(directory.path()).unwrap();
+    let folder = open(directory.path(), 2, 3).unwrap();
+    run(&folder, 4);
+    folder.stop();
+    assert_eq!(folder.finish().unwrap(), None);
+    assert_eq!(manifest().tables, BTreeMap::new());
+    let folder = open(directory.path(), 2, 3).unwrap();
+    run(&folder, u64::MAX);
+    folder.finish().unwrap().unwrap();
+    let names = [EPISODES_CSV, STATES_CSV, SUMMARY_CSV];
+    let hashes: BTreeMap<String, String> = names
+        .map(str::to_owned)
+        .into_iter()
+        .zip(content(directory.path()).map(|bytes| Digest::of(&bytes).to_string()))
+        .collect();
+    assert_eq!(manifest().tables, hashes);
+    // Killed between the summary and the hashes: the next start writes them.
+    write_manifest(directory.path(), &Manifest { tables: BTreeMap::new(), ..manifest() }).unwrap();
+    let folder = open(directory.path(), 2, 3).unwrap();
+    assert_eq!(folder.opened(), Opened::Complete);
+    folder.finish().unwrap().unwrap();
+    assert_eq!(manifest().tables, hashes);
+    // An extension is not finished until it is.
+    let folder = open(directory.path(), 2, 5).unwrap();
+    assert_eq!(manifest().tables, BTreeMap::new());
+    run(&folder, u64::MAX);
+    folder.finish().unwrap().unwrap();
+    assert_eq!(content(directory.path()), undisturbed(2, 5));
+    assert!(names.iter().all(|name| manifest().tables[*name] != hashes[*name]));
+    // What lies behind complete tables is cut where no hash forbids it.
+    write_manifest(directory.path(), &Manifest { tables: BTreeMap::new(), ..manifest() }).unwrap();
+    let table = directory.path().join(EPISODES_CSV);
+    let whole = std::fs::read(&table).unwrap();
+    std::fs::write(&table, [&whole[..], b"torn"].concat()).unwrap();
+    open(directory.path(), 2, 5).unwrap().finish().unwrap().unwrap();
+    assert_eq!(std::fs::read(&table).unwrap(), whole);
+    std::fs::write(&table, [&whole[..], b"torn"].concat()).unwrap();
+    assert!(matches!(open(directory.path(), 2, 5).unwrap_err(), ResultsError::Altered { .. }));
+}
+
+#[test]
 fn stopping_leaves_a_folder_without_summary_that_goes_on() {
     let directory = tempfile::tempdir().unwrap();
     let folder = open(directory.path(), 1, 5).unwrap();
