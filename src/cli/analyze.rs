@@ -88,7 +88,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         }
         let rankings = tables.iter().map(|table| comparison::rank_points(table, &args.metrics));
         let rankings = rankings.collect::<Result<Vec<_>, _>>().map_err(Failure::usage)?;
-        let texts = rankings.iter().map(|ranking| comparison::render_points(ranking, format));
+        let texts = rankings.iter().map(|ranking| comparison::render_points(ranking, format, args.out.width()));
         return args.out.write(&texts.collect::<String>());
     }
     let sections = tables.into_iter().flat_map(|table| table.sections).collect::<Vec<Section>>();
@@ -103,7 +103,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     if sections.len() > 1 && reports.iter().all(|report| report.comparisons.is_empty()) {
         say("no point has two stacks to compare; --compare-points compares the points");
     }
-    args.out.write(&comparison::render(&reports, format))
+    args.out.write(&comparison::render(&reports, format, args.out.width()))
 }
 
 /// Rows that moved, named one by one.
@@ -154,7 +154,7 @@ fn baseline(old: &Table, new: &Table, gate: &Gate, out: &Out) -> Result<(), Fail
     }
     if !found.comparisons.is_empty() {
         text += "\nNew against old, on the same worlds:\n";
-        text += &comparison::comparison_table(&found.comparisons, Format::Text);
+        text += &comparison::comparison_table(&found.comparisons, Format::Text, out.width());
     }
     out.write(&text)?;
     if found.regressions.is_empty() {

@@ -2,6 +2,7 @@
 
 use super::scenarios::{AtPoint, Changes};
 use super::{Failure, Out};
+use crate::results::layout::hanging;
 use crate::settings::quantity::counted;
 use std::path::PathBuf;
 
@@ -48,26 +49,32 @@ fn check(args: &Args, text: &mut String) -> Result<(), Failure> {
                 } else {
                     counted(order.points()[0].len() as u64, "stack")
                 };
-                *text += &format!("{}: valid, {count}, {} each\n", file.display(), counted(episodes, "episode"));
+                let mut line = |indent: usize, words: &str| {
+                    *text += &hanging(&" ".repeat(indent), indent + 2, words, args.out.width())
+                };
+                line(0, &format!("{}: valid, {count}, {} each", file.display(), counted(episodes, "episode")));
                 if experiment.repeats(0) {
-                    *text += &format!(
-                        "  note: nothing in this scenario is random: its {} are the same; use `episodes: 1`, or make the start, the goal, \
-                         obstacles or noise random\n",
-                        counted(episodes, "episode")
+                    let episodes = counted(episodes, "episode");
+                    line(
+                        2,
+                        &format!(
+                            "note: nothing in this scenario is random: its {episodes} are the same; use `episodes: 1`, or make the start, \
+                             the goal, obstacles or noise random"
+                        ),
                     );
                 }
                 for note in experiment.map_notes() {
-                    *text += &format!("  note: {note}\n");
+                    line(2, &format!("note: {note}"));
                 }
                 for difference in experiment.differences(0) {
-                    *text += &format!("  note: {difference}\n");
+                    line(2, &format!("note: {difference}"));
                 }
                 for point in (0..experiment.points()).filter(|_| is_swept) {
                     let values = experiment.swept().iter().zip(experiment.values(point));
                     let values: Vec<String> = values.map(|(key, value)| format!("{key} = {value}")).collect();
                     let stacks: Vec<&str> = experiment.stacks(point).map(|stack| stack.name.as_str()).collect();
                     let stacks = if stacks.is_empty() { "nothing new".to_owned() } else { stacks.join(", ") };
-                    *text += &format!("  {point}: {}: {stacks}\n", values.join(", "));
+                    line(2, &format!("{point}: {}: {stacks}", values.join(", ")));
                 }
             }
         }

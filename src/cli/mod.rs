@@ -2,12 +2,14 @@
 //!
 //! Data goes to stdout or files, progress and messages to stderr. Exit codes: 0 it ran, whatever
 //! the robot did; 1 it could not run, or some row is `planner_error`; 2 bad usage or scenario,
-//! nothing was written; 3 a requirement was not met; 75 the folder of results is in use, try again later; 130 interrupted.
+//! nothing was written; 3 a requirement was not met; 75 the folder of results is in use, try again later; 130 interrupted by
+//! Ctrl-C, 143 by SIGTERM.
 
 mod analyze;
 mod check;
 mod draw;
 mod explain;
+mod interrupt;
 mod map;
 mod plan;
 mod planners;
@@ -15,9 +17,11 @@ mod reproduce;
 mod run;
 mod scenarios;
 mod schema;
+mod shell;
 mod traced;
 mod verify;
 
+use crate::results::layout::WIDE;
 use crate::settings::choice::nearest;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
@@ -31,7 +35,8 @@ use std::process::ExitCode;
 #[command(name = "simrun", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 #[command(after_help = "Exit codes: 0 ran (whatever the robot did), 1 failed to run or a planner crashed, \
                         2 bad usage or scenario (nothing written), 3 a requirement was not met, \
-                        75 the folder is in use by another run (--wait-lock waits).")]
+                        75 the folder is in use by another run (--wait-lock waits), \
+                        130 interrupted (the same command goes on).")]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -76,6 +81,8 @@ enum Failure {
     Requirement(String),
     /// Another run holds the folder of results: exit code 75, EX_TEMPFAIL of sysexits.h.
     Busy(String),
+    /// It was interrupted, what was finished is kept: this exit code.
+    Interrupted(String, u8),
 }
 
 impl Failure {
@@ -124,6 +131,7 @@ pub fn main() -> ExitCode {
         Err(Failure::Usage(message)) => (message, 2),
         Err(Failure::Requirement(message)) => (message, 3),
         Err(Failure::Busy(message)) => (message, 75),
+        Err(Failure::Interrupted(message, code)) => (message, code),
     };
     say(&message);
     ExitCode::from(code)
@@ -164,6 +172,11 @@ impl Out {
         self.out.as_deref().filter(|file| file.as_os_str() != "-")
     }
 
+    /// Characters that a line may have.
+    fn width(&self) -> usize {
+        self.file().map_or_else(width, |_| WIDE)
+    }
+
     /// Writes the whole text.
     fn write(&self, text: &str) -> Result<(), Failure> {
         match self.file() {
@@ -200,6 +213,15 @@ fn print(data: &str) -> Result<(), Failure> {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         other => other.map_err(Failure::run),
     }
+}
+
+/// Characters that a line of stdout may have: what `COLUMNS` says, else what the terminal has, else any number.
+fn width() -> usize {
+    // Less cannot be read.
+    const LEAST: usize = 40;
+    let asked = std::env::var("COLUMNS").ok().and_then(|columns| columns.trim().parse().ok());
+    let columns = asked.or_else(|| Some(usize::from(console::Term::stdout().size_checked()?.1)));
+    columns.filter(|&columns| columns > 0).map_or(WIDE, |columns: usize| columns.max(LEAST))
 }
 
 /// Whether messages may be coloured.

@@ -5,6 +5,7 @@ use crate::plan::Entry;
 use crate::plan::global::GlobalChoice;
 use crate::plan::local::LocalChoice;
 use crate::plan::path::PathChoice;
+use crate::results::layout::{hanging, lines};
 use crate::scenario::reference;
 use crate::settings::choice::unknown_name;
 use std::fmt::Write as _;
@@ -27,8 +28,8 @@ const REGISTRIES: [Registry; 3] = [
 ];
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
-    let Some(name) = &args.name else { return args.out.write(&list()) };
-    match describe(name) {
+    let Some(name) = &args.name else { return args.out.write(&list(args.out.width())) };
+    match describe(name, args.out.width()) {
         Some(text) => args.out.write(&text),
         None => {
             let known: Vec<&str> = REGISTRIES.iter().flat_map(|registry| registry.2).copied().collect();
@@ -37,12 +38,12 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     }
 }
 
-fn list() -> String {
+fn list(width: usize) -> String {
     let mut text = String::new();
     for (title, _, names, entries) in REGISTRIES {
         let _ = writeln!(text, "{title}");
         for (name, entry) in names.iter().zip(entries) {
-            let _ = writeln!(text, "  {name:<18} {}", entry.summary);
+            text += &hanging(&format!("  {name:<18} "), 21, entry.summary, width);
         }
         text.push('\n');
     }
@@ -50,13 +51,15 @@ fn list() -> String {
     text
 }
 
-fn describe(name: &str) -> Option<String> {
+fn describe(name: &str, width: usize) -> Option<String> {
     let (key, entry) = REGISTRIES.iter().find_map(|(_, key, names, entries)| {
         let index = names.iter().position(|known| *known == name)?;
         Some((format!("{key}.{name}"), &entries[index]))
     })?;
-    let parameters = reference::parameters(&key).ok()?;
+    let parameters = lines(&reference::parameters(&key).ok()?, width);
     let parameters =
         if parameters.is_empty() { "No parameters.\n".to_owned() } else { format!("Parameters\n{parameters}") };
-    Some(format!("{name}\n  {}\n  Source: {}\n\n{parameters}", entry.summary, entry.source))
+    let summary = hanging("  ", 2, entry.summary, width);
+    let source = hanging("  Source: ", 10, entry.source, width);
+    Some(format!("{name}\n{summary}{source}\n{parameters}"))
 }

@@ -2,13 +2,14 @@
 
 use super::run::{Waiting, complete, existing};
 use super::scenarios::prepare;
-use super::{Failure, colour, print, say};
+use super::{Failure, colour, print, say, width};
 use crate::comparison::{self, Section};
 use crate::experiment::Experiment;
 use crate::files;
 use crate::paper::manifest::{Choice, Table};
 use crate::paper::{self, Evidence, Finding, Findings, Paper, Ruling};
 use crate::results::EPISODES_CSV;
+use crate::results::layout::hanging;
 use crate::scenario::ScenarioError;
 use crate::settings::quantity::counted;
 use std::io::ErrorKind;
@@ -180,7 +181,7 @@ fn judge(args: &Args, paper: &Paper, runs: &[(Run<'_>, Experiment)], out: &Path)
         write(&out.join(name), &text)?;
     }
     if !args.quiet {
-        print(&summary(&findings))?;
+        print(&summary(&findings, width()))?;
         print(&format!("\n{}\n", report.display()))?;
     }
     let count = |findings: &[Finding<'_>]| {
@@ -240,9 +241,11 @@ fn load(paper: &Paper, run: &Run<'_>, episodes: Option<u32>) -> Result<Experimen
 }
 
 /// The verdicts in short.
-fn summary(findings: &Findings<'_>) -> String {
-    let line =
-        |finding: &Finding<'_>| format!("{:<18} {:<17} {}\n", finding.claim.id, finding.words(), finding.claim.says);
+fn summary(findings: &Findings<'_>, width: usize) -> String {
+    let line = |finding: &Finding<'_>| {
+        let head = format!("{:<18} {:<17} ", finding.claim.id, finding.words());
+        hanging(&head, if width < 80 { 4 } else { 37 }, finding.claim.says.trim(), width)
+    };
     let claims: String = findings.claims.iter().map(line).collect();
     let questions: String = findings.questions.iter().map(line).collect();
     match (claims.is_empty(), questions.is_empty()) {

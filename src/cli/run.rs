@@ -1,13 +1,16 @@
 //! `simrun run`: scenarios become tables.
 
+use super::interrupt::Interrupt;
 use super::scenarios::{AtPoint, Changes};
-use super::{Failure, print, say};
+use super::{Failure, print, say, width};
 use crate::clock::Stopwatch;
 use crate::episode::Outcome;
 use crate::experiment::{Experiment, Session, Worker, threads_available};
+use crate::files;
 use crate::results::{self, Answer, Existing, Identity, Manifest, Opened, ResultsError, SummaryRow, TRACES};
 use crate::settings::quantity::counted;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -68,6 +71,8 @@ impl Waiting {
         folder: &Path,
         existing: Existing,
     ) -> Result<Session<'e>, Failure> {
+        // From here on what is finished is kept.
+        let interrupt = Interrupt::listen()?;
         let clock = Stopwatch::start();
         let mut is_said = false;
         loop {
@@ -77,6 +82,9 @@ impl Waiting {
                         say(&format!("{}: in use by {holder}, waiting for it", folder.display()));
                     }
                     is_said = true;
+                    if let Some(code) = interrupt.code() {
+                        return Err(Interrupt::failure(code, "nothing was begun"));
+                    }
                     std::thread::sleep(Self::STEP);
                 }
                 Ok(session) => {
@@ -201,11 +209,11 @@ fn run_all(args: &Args, experiment: &Experiment, folder: &Path, traces: Option<&
         }
         Opened::Complete => say(&format!("{shown}: complete, nothing to run (--force runs it again)")),
     }
-    let summary = complete(session, args.threads, traces, args.quiet)?.unwrap_or_default();
+    let summary = complete(session, args.threads, traces, args.quiet)?;
     if !args.quiet {
         print(&format!(
             "{}\n{shown}/episodes.csv, states.csv, summary.csv, timings.csv, manifest.json\n",
-            results::table(&summary)
+            results::table(&summary, width())
         ))?;
     }
     judge(args, &summary)
@@ -256,31 +264,67 @@ pub(super) fn refused(error: ResultsError) -> Failure {
 }
 
 /// Drives the missing blocks of a session, with a progress bar unless `quiet`; on every processor unless `threads` is given.
+///
+/// A signal ends it after the worlds in hand; what is there by then is shown unless `quiet`.
 pub(super) fn complete(
     session: Session<'_>,
     threads: Option<usize>,
     traces: Option<&Path>,
     quiet: bool,
-) -> Result<Option<Vec<SummaryRow>>, Failure> {
+) -> Result<Vec<SummaryRow>, Failure> {
+    let interrupt = Interrupt::listen()?;
     let bar = progress_bar(quiet, session.order().blocks(), session.blocks_done());
+    interrupt.beside(&bar);
+    let stop = || {
+        if interrupt.code().is_some() {
+            session.stop();
+        }
+    };
+    stop();
     let quiet_panics = QuietPanics::install();
     let threads = threads.unwrap_or_else(threads_available).max(1);
-    let result = session.run(threads, traces, || bar.inc(1));
+    let result = session.run(threads, traces, || {
+        bar.inc(1);
+        stop();
+    });
     bar.finish_and_clear();
     result.map_err(Failure::run)?;
-    if let Some(folder) = traces.filter(|_| session.blocks_done() == session.order().blocks()) {
-        let untraced = session.untraced(folder).map_err(Failure::run)?;
+    let (folder, done, all) = (session.folder().to_owned(), session.blocks_done(), session.order().blocks());
+    if let Some(traces) = traces.filter(|_| done == all) {
+        let untraced = session.untraced(traces).map_err(Failure::run)?;
         if !untraced.is_empty() {
             let episodes = counted(untraced.len() as u64, "world");
-            say(&format!("{}: driving {episodes} again for their traces", folder.display()));
+            say(&format!("{}: driving {episodes} again for their traces", traces.display()));
         }
         let bar = progress_bar(quiet, untraced.len() as u64, 0);
-        let result = session.trace(threads, &untraced, folder, || bar.inc(1));
+        interrupt.beside(&bar);
+        let result = session.trace(threads, &untraced, traces, || {
+            bar.inc(1);
+            stop();
+        });
         bar.finish_and_clear();
         result.map_err(Failure::run)?;
+        if let Some(code) = interrupt.code().filter(|_| !untraced.is_empty()) {
+            return Err(Interrupt::failure(code, &format!("some traces are missing in {}", traces.display())));
+        }
     }
     drop(quiet_panics);
-    session.finish().map_err(Failure::run)
+    if let Some(summary) = session.finish().map_err(Failure::run)? {
+        return Ok(summary);
+    }
+    if !quiet {
+        print(&results::table(&so_far(&folder)?, width()))?;
+    }
+    let kept = format!("{done} of {} are kept in {}", counted(all, "world"), folder.display());
+    Err(Interrupt::failure(interrupt.code().unwrap_or(1), &kept))
+}
+
+/// The summary of the rows that are in a folder.
+fn so_far(folder: &Path) -> Result<Vec<SummaryRow>, Failure> {
+    let file = folder.join(results::EPISODES_CSV);
+    let opened = files::open(&file, u64::MAX).map_err(Failure::run)?;
+    results::summarise(BufReader::new(opened), 0)
+        .map_err(|error| Failure::Run(format!("error: {}: {error}", file.display())))
 }
 
 fn progress_bar(quiet: bool, blocks: u64, done: u64) -> ProgressBar {

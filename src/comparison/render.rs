@@ -5,6 +5,7 @@ use super::{ALPHA, COMPARED, Comparison, EquivalenceTest, Report};
 use crate::analysis::Ratio;
 use crate::episode::Outcome;
 use crate::math;
+use crate::results::layout::{WIDE, aligned, paragraph};
 use crate::results::{Rate, Statistics, SummaryRow};
 use crate::settings::quantity::counted;
 use std::fmt::Write as _;
@@ -22,34 +23,32 @@ pub enum Format {
 }
 
 /// The reports of all sections in one text.
-pub fn render(reports: &[Report], format: Format) -> String {
+///
+/// Lines of text have at most `width` characters where that can be done.
+pub fn render(reports: &[Report], format: Format, width: usize) -> String {
     match format {
         Format::Csv => csv(reports),
-        Format::Text | Format::Markdown => reports.iter().map(|report| section(report, format)).collect(),
+        Format::Text | Format::Markdown => reports.iter().map(|report| section(report, format, width)).collect(),
     }
 }
 
 /// Rows of cells as a table; the first row is the head. Text is aligned, the first `left` columns to the left.
 pub fn table(rows: &[Vec<String>], left: usize, format: Format) -> String {
-    let mut text = String::new();
-    if format == Format::Markdown {
-        for (index, row) in rows.iter().enumerate() {
-            let _ = writeln!(text, "| {} |", row.join(" | "));
-            if index == 0 {
-                let marks = (0..row.len()).map(|column| if column < left { "---" } else { "---:" });
-                let _ = writeln!(text, "|{}|", marks.collect::<Vec<_>>().join("|"));
-            }
-        }
-        return text;
+    fitting_table(rows, left, format, WIDE)
+}
+
+/// The same, text in parts of at most `width` characters.
+pub(super) fn fitting_table(rows: &[Vec<String>], left: usize, format: Format, width: usize) -> String {
+    if format != Format::Markdown {
+        return aligned(rows, left, width);
     }
-    let columns = rows.first().map_or(0, Vec::len);
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or_default();
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    for row in rows {
-        let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, &width))| {
-            if column < left { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
-        });
-        let _ = writeln!(text, "{}", cells.collect::<Vec<_>>().join("  ").trim_end());
+    let mut text = String::new();
+    for (index, row) in rows.iter().enumerate() {
+        let _ = writeln!(text, "| {} |", row.join(" | "));
+        if index == 0 {
+            let marks = (0..row.len()).map(|column| if column < left { "---" } else { "---:" });
+            let _ = writeln!(text, "|{}|", marks.collect::<Vec<_>>().join("|"));
+        }
     }
     text
 }
@@ -71,10 +70,12 @@ pub(super) fn copies_left_out(copies: u64, distinct: u64) -> String {
     )
 }
 
-fn section(report: &Report, format: Format) -> String {
+fn section(report: &Report, format: Format, width: usize) -> String {
+    let width = if format == Format::Markdown { WIDE } else { width };
+    let wrapped = |text: &str| paragraph(text, width);
     let heading = |text: &str| match format {
         Format::Markdown => format!("### {text}\n\n"),
-        Format::Text | Format::Csv => format!("{text}\n"),
+        Format::Text | Format::Csv => wrapped(&format!("{text}\n")),
     };
     let mut text = match format {
         Format::Markdown => format!("## {}\n\n", report.title),
@@ -99,11 +100,14 @@ fn section(report: &Report, format: Format) -> String {
         }));
         rows.push(row);
     }
-    text += &table(&rows, 1, format);
-    text +=
-        "\nStacks that share a letter are not told apart by success (exact McNemar tests of all pairs, Holm, 5 %).\n\n";
+    text += &fitting_table(&rows, 1, format, width);
+    text += "\n";
+    text += &wrapped(
+        "Stacks that share a letter are not told apart by success (exact McNemar tests of all pairs, Holm, 5 %).\n",
+    );
+    text += "\n";
     if report.copies > 0 {
-        text += &copies_left_out(report.copies, report.distinct);
+        text += &wrapped(&copies_left_out(report.copies, report.distinct));
         text += "\n";
     }
     if report.comparisons.is_empty() {
@@ -114,25 +118,28 @@ fn section(report: &Report, format: Format) -> String {
     } else {
         "Compared as independent samples (the same worlds would allow pairs, which tell more)"
     });
-    text += &comparison_table(&report.comparisons, format);
-    text += if report.paired {
-        "\ndifference: mean of stack − reference with its 95 % bootstrap interval, success in percentage points; Hodges–Lehmann: the typical difference, which\n\
+    text += &comparison_table(&report.comparisons, format, width);
+    text += "\n";
+    text += &wrapped(if report.paired {
+        "difference: mean of stack − reference with its 95 % bootstrap interval, success in percentage points; Hodges–Lehmann: the typical difference, which\n\
          belongs to the rank test, with its 95 % interval; ratio: mean of the stack / mean of the reference; p: two-sided; Holm: corrected over all tests\n\
          of this table; effect: odds of winning alone for success, rank-biserial correlation for the rest.\n"
     } else {
-        "\ndifference: stack − reference, success in percentage points; Hodges–Lehmann: the shift that belongs to the rank test, with its 95 % interval;\n\
+        "difference: stack − reference, success in percentage points; Hodges–Lehmann: the shift that belongs to the rank test, with its 95 % interval;\n\
          p: two-sided; Holm: corrected over all tests of this table; effect: odds ratio for success, rank-biserial correlation for the rest.\n"
-    };
+    });
     if report.paired {
-        text += &detectable(&report.comparisons);
+        text += &wrapped(&detectable(&report.comparisons));
     }
     if report.comparisons.iter().any(|comparison| comparison.too_few) {
-        text += "too few: even if all worlds that tell pointed one way, the test could not be significant: run more episodes.\n";
+        text += &wrapped(
+            "too few: even if all worlds that tell pointed one way, the test could not be significant: run more episodes.\n",
+        );
     }
     if !report.equivalences.is_empty() {
         text += "\n";
         text += &heading("Equivalent up to a margin? (two one-sided tests at 5 %; difference with its 90 % interval)");
-        text += &table(&equivalence_rows(&report.equivalences), 3, format);
+        text += &fitting_table(&equivalence_rows(&report.equivalences), 3, format, width);
     }
     text + "\n"
 }
@@ -256,13 +263,13 @@ fn verdict(test: &Comparison) -> &'static str {
 }
 
 /// The tests as a table. A reference that all share is named above it.
-pub fn comparison_table(comparisons: &[Comparison], format: Format) -> String {
+pub fn comparison_table(comparisons: &[Comparison], format: Format, width: usize) -> String {
     let rows = comparison_rows(comparisons);
     let reference = comparisons.first().map_or("", |first| &first.reference);
     let is_one = comparisons.iter().all(|test| test.reference == reference && test.stack != reference);
     let end = if format == Format::Markdown { "\n\n" } else { "\n" };
     let title = if is_one { format!("reference: {reference}{end}") } else { String::new() };
-    title + &table(&rows, if rows[0][1] == "reference" { 3 } else { 2 }, format)
+    title + &fitting_table(&rows, if rows[0][1] == "reference" { 3 } else { 2 }, format, width)
 }
 
 fn equivalence_rows(tests: &[EquivalenceTest]) -> Vec<Vec<String>> {

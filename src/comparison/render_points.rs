@@ -1,16 +1,19 @@
 //! The ranking of a sweep's settings as text, Markdown and CSV.
 
 use super::pair::SUCCESS;
-use super::render::{copies_left_out, csv_text, ends, p_value, real, success, table, with_interval};
+use super::render::{copies_left_out, csv_text, ends, fitting_table, p_value, real, success, with_interval};
 use super::{Format, PointRanking};
 use crate::results::Rate;
+use crate::results::layout::{WIDE, paragraph};
 use crate::settings::quantity::counted;
 
-/// The settings of a sweep, best first, with the tests against the best.
-pub fn render_points(ranking: &PointRanking, format: Format) -> String {
+/// The settings of a sweep, best first, with the tests against the best. Lines of text have at most `width` characters where that can be
+/// done.
+pub fn render_points(ranking: &PointRanking, format: Format, width: usize) -> String {
     if format == Format::Csv {
         return points_csv(ranking);
     }
+    let width = if format == Format::Markdown { WIDE } else { width };
     let mut text = match format {
         Format::Markdown => format!("## {}\n\n### Settings, best first\n\n", ranking.title),
         Format::Text | Format::Csv => format!("{}\n\nSettings, best first\n", ranking.title),
@@ -46,31 +49,36 @@ pub fn render_points(ranking: &PointRanking, format: Format) -> String {
         }
         rows.push(row);
     }
-    text += &table(&rows, 0, format);
-    text += &format!(
-        "\nSettings that share a letter are not told apart by success (exact tests of all pairs, Holm, 5 %). {} − best: success in percentage points, the\n\
+    text += &fitting_table(&rows, 0, format, width);
+    text += "\n";
+    let mut words = format!(
+        "Settings that share a letter are not told apart by success (exact tests of all pairs, Holm, 5 %). {} − best: success in percentage points, the\n\
          rest the Hodges–Lehmann estimate with its 95 % interval, where both arrived; Holm: p-value corrected over all {} of this table.\n",
         ranking.metrics.join(", "),
         counted(ranking.ranked.iter().map(|point| point.tests.len() as u64).sum(), "test"),
     );
     if ranking.copies > 0 {
-        text += &copies_left_out(ranking.copies, ranking.distinct);
+        words += &copies_left_out(ranking.copies, ranking.distinct);
     }
     let others: Vec<String> =
         ranking.ranked.iter().filter(|point| !point.is_paired).map(|point| point.point.to_string()).collect();
     if !others.is_empty() {
-        text += &format!(
+        words += &format!(
             "In other worlds than the best, hence compared as independent samples (Fisher's exact test, rank sums): points {}.\n",
             others.join(", ")
         );
     }
     let needed = ranking.worlds_needed();
     if !needed.is_empty() {
-        text += &format!("{needed}\n");
+        words += &format!("{needed}\n");
     }
+    text += &paragraph(&words, width);
     let arguments = ranking.best_arguments();
     let command = format!("simrun SCENARIO {arguments} --seed NEW --out best");
-    text += "The best was chosen by these worlds, so its figures are too good on average; drive it in others:\n";
+    text += &paragraph(
+        "The best was chosen by these worlds, so its figures are too good on average; drive it in others:\n",
+        width,
+    );
     text += &match format {
         Format::Markdown => format!("\n```sh\n{command}\n```\n\n"),
         Format::Text | Format::Csv => format!("    {command}\n\n"),

@@ -34,6 +34,11 @@ impl<'e> Session<'e> {
         Ok(Self { experiment, journal })
     }
 
+    /// The folder of the results.
+    pub fn folder(&self) -> &Path {
+        self.journal.path()
+    }
+
     /// State of the folder when it was opened.
     pub fn opened(&self) -> Opened {
         self.journal.opened()

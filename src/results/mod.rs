@@ -58,6 +58,7 @@ mod compare;
 mod csv_rows;
 mod identity;
 mod journal;
+pub mod layout;
 mod order;
 mod resume;
 mod row;

@@ -1,9 +1,18 @@
 //! The summary as a table for the terminal.
 
+use super::layout::{broken, hanging};
 use super::summary::{Rate, SummaryRow};
 
 /// Largest width of the table, characters.
 const WIDTH: usize = 120;
+
+/// Room that names get where columns can make it, characters; longer ones stand on lines of their own.
+const NAME_WIDTH: usize = 24;
+
+/// Columns that are left out where there is no room for all, the least telling first; those in which nothing but 0 stands go before them.
+const DISPENSABLE: [usize; 9] = [10, 9, 7, 8, 1, 6, 5, 4, 3];
+/// Columns that count endings: left out first where they hold nothing but 0, which is said.
+const ENDINGS: [usize; 4] = [6, 5, 4, 3];
 
 /// Heading of each column, two lines.
 const HEADING: [[&str; 2]; 11] = [
@@ -20,12 +29,28 @@ const HEADING: [[&str; 2]; 11] = [
     ["turning", "points"],
 ];
 
-/// The summary as aligned text of at most 120 columns, one block per sweep point.
+/// Name of each column in sentences.
+const NAMES: [&str; 11] = [
+    "stack",
+    "n",
+    "success",
+    "collision",
+    "timeout",
+    "stuck",
+    "other",
+    "length",
+    "time",
+    "clearance",
+    "turning points",
+];
+
+/// The summary as aligned text of at most 120 columns, or `width` if that is less, one block per sweep point.
 ///
 /// Lengths, times, clearances and turning points are means over the successes; `other` counts `no_path`,
 /// `planner_error` and `infeasible_world`. A stack's name that is too long for its column stands on a line of its own
-/// (which may be wider).
-pub fn table(summary: &[SummaryRow]) -> String {
+/// (which may be wider than 120). Columns for which there is no room are left out and named.
+pub fn table(summary: &[SummaryRow], width: usize) -> String {
+    let most = width.min(WIDTH);
     let cells: Vec<[String; 11]> = summary.iter().map(cells).collect();
     let mut widths = HEADING.map(|lines| lines.map(|line| line.chars().count()).into_iter().fold(0, usize::max));
     for row in &cells {
@@ -33,28 +58,50 @@ pub fn table(summary: &[SummaryRow]) -> String {
             *width = (*width).max(cell.chars().count());
         }
     }
-    let rest: usize = widths[1..].iter().map(|width| width + 2).sum();
-    let room = WIDTH.saturating_sub(rest);
+    let longest = cells.iter().map(|row| row[0].chars().count()).fold(widths[0], usize::max);
+    let mut shown: Vec<usize> = (0..HEADING.len()).collect();
+    let rest = |shown: &[usize]| shown[1..].iter().map(|&column| widths[column] + 2).sum::<usize>();
+    let is_none = |column: &usize| cells.iter().all(|row| row[*column] == "0");
+    let (mut none, mut left_out) = (Vec::new(), Vec::new());
+    for column in ENDINGS.into_iter().filter(is_none).chain(DISPENSABLE.into_iter().filter(|column| !is_none(column))) {
+        // Columns are narrower than the names alone make the table: then nothing has to go.
+        if most == WIDTH || longest.min(NAME_WIDTH) + rest(&shown) <= most {
+            break;
+        }
+        shown.retain(|&kept| kept != column);
+        if is_none(&column) { &mut none } else { &mut left_out }.push(column);
+    }
+    let room = most.saturating_sub(rest(&shown));
     let fitting = cells.iter().map(|row| row[0].chars().count()).filter(|&length| length <= room);
     widths[0] = fitting.fold(widths[0], usize::max);
 
     let mut text = String::new();
     for heading in 0..2 {
-        push_line(&mut text, &HEADING.map(|lines| lines[heading]), &widths);
+        push_line(&mut text, &HEADING.map(|lines| lines[heading]), &widths, &shown);
     }
     let mut point = None;
     for (index, mut cells) in cells.into_iter().enumerate() {
         let row = &summary[index];
         if point.replace(row.point) != Some(row.point) && !row.swept.is_empty() {
             let rows = summary[index..].iter().take_while(|other| other.point == row.point);
-            text.push_str(&format!("{}:\n", title(rows.map(|row| row.swept.as_slice()))));
+            text += &hanging("", 2, &format!("{}:", title(rows.map(|row| row.swept.as_slice()))), width);
         }
         if cells[0].chars().count() > widths[0] {
-            text.push_str(&cells[0]);
+            text += &broken(&cells[0], width).join("\n");
             text.push('\n');
             cells[0].clear();
         }
-        push_line(&mut text, &cells.each_ref().map(String::as_str), &widths);
+        push_line(&mut text, &cells.each_ref().map(String::as_str), &widths, &shown);
+    }
+    let names = |mut columns: Vec<usize>| {
+        columns.sort_unstable();
+        columns.iter().map(|&column| NAMES[column]).collect::<Vec<&str>>().join(", ")
+    };
+    if !none.is_empty() {
+        text += &hanging("", 2, &format!("none: {}", names(none)), width);
+    }
+    if !left_out.is_empty() {
+        text += &hanging("", 2, &format!("no room for: {} (summary.csv has them)", names(left_out)), width);
     }
     text
 }
@@ -70,10 +117,10 @@ pub(crate) fn title<'a>(rows: impl Iterator<Item = &'a [(String, String)]> + Clo
 }
 
 /// One line: the first column to the left, the others to the right, two spaces between.
-fn push_line(text: &mut String, cells: &[&str; 11], widths: &[usize; 11]) {
+fn push_line(text: &mut String, cells: &[&str; 11], widths: &[usize; 11], shown: &[usize]) {
     let mut line = format!("{:<width$}", cells[0], width = widths[0]);
-    for (cell, &width) in cells.iter().zip(widths).skip(1) {
-        line.push_str(&format!("  {cell:>width$}"));
+    for &column in &shown[1..] {
+        line.push_str(&format!("  {:>width$}", cells[column], width = widths[column]));
     }
     text.push_str(line.trim_end());
     text.push('\n');
@@ -111,6 +158,7 @@ fn cells(row: &SummaryRow) -> [String; 11] {
 mod tests {
     use super::*;
     use crate::episode::Outcome;
+    use crate::results::layout::WIDE;
     use crate::results::{Statistics, metric_columns};
 
     fn row(stack: &str, point: u32) -> SummaryRow {
@@ -148,7 +196,7 @@ mod tests {
             "a_star+dwa             121    96.7 [92, 99]      2 (1)        1      1      1   43.27  87.1       0.25      6.2",
             "dijkstra+pure_pursuit    0                -          0        0      0      0       -     -          -        -",
         ];
-        assert_eq!(table(&[row("a_star+dwa", 0), none]).lines().collect::<Vec<_>>(), expected);
+        assert_eq!(table(&[row("a_star+dwa", 0), none], WIDE).lines().collect::<Vec<_>>(), expected);
     }
 
     #[test]
@@ -158,11 +206,34 @@ mod tests {
         for row in &mut rows {
             row.swept = vec![("robot.radius_m".to_owned(), format!("0.{}", row.point + 2))];
         }
-        let text = table(&rows);
+        let text = table(&rows, WIDE);
         assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
         let titles: Vec<&str> = text.lines().filter(|line| line.ends_with(':')).collect();
         assert_eq!(titles, ["robot.radius_m = 0.2:", "robot.radius_m = 0.3:"]);
         let name = text.lines().position(|line| line == long).expect("the name is on its own line");
         assert!(text.lines().nth(name + 1).unwrap().trim_start().starts_with("121"));
+    }
+
+    #[test]
+    fn a_narrow_table_says_what_it_leaves_out() {
+        let mut calm = row("a_star+dwa", 0);
+        calm.outcomes = [119, 2, 0, 0, 0, 0, 0];
+        let expected = [
+            "                                  success %  collision  length  time",
+            "stack                    n  [95 % interval]  (at rest)       m     s",
+            "a_star+dwa             121    96.7 [92, 99]      2 (1)   43.27  87.1",
+            "dijkstra+pure_pursuit  121    96.7 [92, 99]      2 (1)   43.27  87.1",
+            "none: timeout, stuck, other",
+            "no room for: clearance, turning points (summary.csv has them)",
+        ];
+        let mut other = calm.clone();
+        other.stack = "dijkstra+pure_pursuit".to_owned();
+        assert_eq!(table(&[calm, other], 72).lines().collect::<Vec<_>>(), expected);
+        for width in [40, 60, 80, 100, 119] {
+            let text =
+                table(&[row("a_star+dwa", 0), row("improved_dijkstra+line_of_sight+b_spline+follow_dwa", 0)], width);
+            assert!(text.lines().all(|line| line.chars().count() <= width), "{width}:\n{text}");
+            assert!(text.contains("success %") && text.contains("96.7 [92, 99]"), "{width}:\n{text}");
+        }
     }
 }

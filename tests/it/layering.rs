@@ -44,12 +44,14 @@ struct Confined {
 }
 
 /// The crates that `Cargo.toml` or the architecture keeps to some rooms.
-const CONFINED: [Confined; 6] = [
+const CONFINED: [Confined; 8] = [
     Confined { name: "rapier2d", rooms: &["world"], free_in_tests: false },
     Confined { name: "parry2d", rooms: &["world"], free_in_tests: false },
     Confined { name: "serde_yaml", rooms: &["scenario"], free_in_tests: true },
     Confined { name: "clap", rooms: &["cli"], free_in_tests: false },
+    Confined { name: "console", rooms: &["cli"], free_in_tests: false },
     Confined { name: "indicatif", rooms: &["cli"], free_in_tests: false },
+    Confined { name: "signal_hook", rooms: &["cli"], free_in_tests: false },
     Confined { name: "libm", rooms: &["math"], free_in_tests: false },
 ];
 

@@ -24,7 +24,7 @@ pub fn is_full() -> bool {
 /// The command, in a folder of its own, without colours.
 pub fn simrun(folder: &Path) -> Simrun {
     let mut command = Command::new(env!("CARGO_BIN_EXE_simrun"));
-    command.current_dir(folder).env("NO_COLOR", "1");
+    command.current_dir(folder).env("NO_COLOR", "1").env_remove("COLUMNS");
     Simrun(command)
 }
 
@@ -42,6 +42,11 @@ pub struct Answer {
 impl Simrun {
     pub fn arg(&mut self, argument: impl AsRef<OsStr>) -> &mut Self {
         self.0.arg(argument);
+        self
+    }
+
+    pub fn env(&mut self, name: &str, value: &str) -> &mut Self {
+        self.0.env(name, value);
         self
     }
 
