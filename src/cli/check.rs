@@ -11,7 +11,7 @@ pub(super) struct Args {
     /// Scenario files.
     #[arg(required = true, value_name = "SCENARIO")]
     scenarios: Vec<PathBuf>,
-    /// Print each scenario with every default filled in.
+    /// Print each scenario with every default filled in; comments tell what is used where a key has no value of its own.
     #[arg(long)]
     resolved: bool,
     /// Print the scenario at this point of its sweep, with every default filled in.
@@ -32,14 +32,21 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
 }
 
 fn check(args: &Args, text: &mut String) -> Result<(), Failure> {
+    let mut refused = Vec::new();
     for file in &args.scenarios {
-        let experiment = args.changes.load(file)?;
+        let experiment = match args.changes.load(file) {
+            Err(Failure::Usage(message)) => {
+                refused.push(message);
+                continue;
+            }
+            other => other?,
+        };
         let episodes = u64::from(experiment.scenario().episodes.get());
         match (args.resolved, args.point) {
-            (true, None) => *text += &experiment.scenario().to_yaml(),
+            (true, None) => *text += &experiment.scenario().explained(experiment.fixed_map(0)),
             (_, Some(point)) => {
                 let point = AtPoint { point }.of(&experiment)?;
-                *text += &experiment.scenario_at(point).to_yaml();
+                *text += &experiment.scenario_at(point).explained(experiment.fixed_map(point));
             }
             (false, None) => {
                 let order = experiment.order().map_err(Failure::usage)?;
@@ -79,5 +86,5 @@ fn check(args: &Args, text: &mut String) -> Result<(), Failure> {
             }
         }
     }
-    Ok(())
+    if refused.is_empty() { Ok(()) } else { Err(Failure::Usage(refused.join("\n\n"))) }
 }

@@ -6,11 +6,11 @@ use super::{Failure, print, say};
 use crate::episode::Outcome;
 use crate::report::{self, Caption};
 use crate::results::Row;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Scenario file; or a trace, whose drive is driven again.
+    /// Scenario file; folder of results, one of whose episodes is driven again as it was; or a trace, whose drive is driven again.
     #[arg(value_name = "SCENARIO")]
     scenario: PathBuf,
     /// Which episode; the first stack of the scenario drives unless --stack names one.
@@ -26,6 +26,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
+    check_ending(&args.out)?;
     let traced = Traced::of(&args.scenario)?;
     let (experiment, point, episode) = match &traced {
         Some(_) if args.changes != Changes::default() => {
@@ -63,6 +64,17 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         .map_err(|error| Failure::Run(format!("error: cannot write {}: {error}", args.out.display())))?;
     say(&format!("{}: {}", args.out.display(), sentence(&drive.row)));
     Ok(())
+}
+
+/// Refuses a file whose name promises another format than is written.
+fn check_ending(file: &Path) -> Result<(), Failure> {
+    const WRITTEN: [&str; 1] = ["svg"];
+    let Some(ending) = file.extension().map(|ending| ending.to_string_lossy().to_lowercase()) else { return Ok(()) };
+    if file.as_os_str() == "-" || WRITTEN.contains(&ending.as_str()) {
+        return Ok(());
+    }
+    let written = WRITTEN.map(|ending| format!(".{ending}")).join(", ");
+    Err(Failure::Usage(format!("error: {}: no picture ends in .{ending} here; written are: {written}", file.display())))
 }
 
 /// Outcome of an episode, in words.

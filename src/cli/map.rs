@@ -55,7 +55,7 @@ enum Action {
 #[derive(Debug, clap::Args)]
 #[group(required = true, multiple = false)]
 struct Target {
-    #[arg(value_name = "OUTPUT", help = format!("File to write: {}", FileFormat::known()))]
+    #[arg(value_name = "OUTPUT", help = format!("File to write: {}", FileFormat::written()))]
     output: Option<PathBuf>,
     /// The same as OUTPUT.
     #[arg(short, long, value_name = "FILE")]
@@ -179,8 +179,8 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         Action::Convert { input, target, replacing, reading } => {
             let output = target.file();
             let loaded = reading.read(input)?;
-            let format = FileFormat::of(output).map_err(|error| Failure::Usage(format!("error: {error}")))?;
-            replacing.save(&(format.write)(&loaded.grid, output))?;
+            let (drafts, format) = FileFormat::drafts(&loaded.grid, output).map_err(Failure::usage)?;
+            replacing.save(&drafts)?;
             if loaded.unknown > 0 {
                 let counted = format!("{:?}", reading.unknown).to_lowercase();
                 say(&format!("note: {} unknown cells are written as {counted}", loaded.unknown));
@@ -196,7 +196,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
 
 fn from_image(input: &Path, output: &Path, replacing: &Replacing, knobs: &Knobs) -> Result<(), Failure> {
     let usage = |message: String| Failure::Usage(format!("error: {message}"));
-    let format = FileFormat::of(output).map_err(|error| usage(error.to_string()))?;
+    FileFormat::to_write(output).map_err(|error| usage(error.to_string()))?;
     let picture = file::read_picture(input).map_err(|error| usage(error.to_string()))?;
     let params = Params {
         hue_deg: knobs.hue_deg.0,
@@ -208,7 +208,7 @@ fn from_image(input: &Path, output: &Path, replacing: &Replacing, knobs: &Knobs)
         resolution_m: knobs.resolution_m.get(),
     };
     let grid = params.grid(&picture.pixels, picture.width);
-    let mut drafts = (format.write)(&grid, output);
+    let (mut drafts, format) = FileFormat::drafts(&grid, output).map_err(Failure::usage)?;
     drafts.push(file::preview(&picture, &grid, &output.with_extension("preview.png")));
     replacing.save(&drafts)?;
     let share = 100.0 * grid.occupied_count() as f64 / grid.occupied().len() as f64;

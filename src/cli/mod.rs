@@ -9,6 +9,7 @@ mod analyze;
 mod check;
 mod draw;
 mod explain;
+mod failures;
 mod interrupt;
 mod map;
 mod plan;
@@ -62,6 +63,8 @@ enum Command {
     Reproduce(reproduce::Args),
     /// Draw one episode as SVG.
     Draw(draw::Args),
+    /// List the failed episodes of a folder of results by their cause, with the commands that drive them again.
+    Failures(failures::Args),
     /// Explain a key of scenario files: meaning, unit, default, range, allowed values, an example.
     Explain(explain::Args),
     /// Print the JSON Schema of scenario files, for editors.
@@ -121,6 +124,7 @@ pub fn main() -> ExitCode {
         Some(Command::Analyze(args)) => analyze::main(&args),
         Some(Command::Reproduce(args)) => reproduce::main(&args),
         Some(Command::Draw(args)) => draw::main(&args),
+        Some(Command::Failures(args)) => failures::main(&args),
         Some(Command::Explain(args)) => explain::main(&args),
         Some(Command::Schema(args)) => schema::main(&args),
         Some(Command::Map(args)) => map::main(&args),

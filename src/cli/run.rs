@@ -1,7 +1,7 @@
 //! `simrun run`: scenarios become tables.
 
 use super::interrupt::Interrupt;
-use super::scenarios::{AtPoint, Changes};
+use super::scenarios::{AtPoint, Changes, load_all};
 use super::{Failure, print, say, width};
 use crate::clock::Stopwatch;
 use crate::episode::Outcome;
@@ -16,7 +16,7 @@ use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Scenario files; each writes a folder of its own.
+    /// Scenario files, each of which writes a folder of its own; or folders of results, which go on where they are.
     #[arg(required = true, value_name = "SCENARIO")]
     scenarios: Vec<PathBuf>,
     /// Folder of the results; results/NAME by default (one scenario only).
@@ -120,8 +120,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         return Err(Failure::usage("--require-success takes a rate from 0 to 1"));
     }
     // All scenarios are checked before the first one runs.
-    let experiments =
-        args.scenarios.iter().map(|file| args.changes.load(file)).collect::<Result<Vec<Experiment>, Failure>>()?;
+    let experiments = load_all(&args.changes, &args.scenarios)?;
     for (index, experiment) in experiments.iter().enumerate() {
         // Some file systems take capitals and small letters for the same.
         let name = &experiment.scenario().name;
@@ -136,14 +135,18 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             }));
         }
     }
-    experiments.iter().try_for_each(|experiment| run(args, experiment))
+    args.scenarios.iter().zip(&experiments).try_for_each(|(source, experiment)| run(args, source, experiment))
 }
 
-fn run(args: &Args, experiment: &Experiment) -> Result<(), Failure> {
+fn run(args: &Args, source: &Path, experiment: &Experiment) -> Result<(), Failure> {
     for note in experiment.map_notes().iter().filter(|_| !args.quiet) {
         say(&format!("note: {note}"));
     }
-    let folder = args.out.clone().unwrap_or_else(|| Path::new("results").join(experiment.scenario().name.as_str()));
+    // A folder of results goes on where it is.
+    let own = || {
+        if source.is_dir() { source.to_owned() } else { Path::new("results").join(experiment.scenario().name.as_str()) }
+    };
+    let folder = args.out.clone().unwrap_or_else(own);
     let traces = args.trace.then(|| folder.join(TRACES));
     match args.episode {
         Some(episode) => {
@@ -152,7 +155,7 @@ fn run(args: &Args, experiment: &Experiment) -> Result<(), Failure> {
                 refuse_traces_of_another_run(experiment, &folder)?;
                 create(traces)?;
             }
-            run_one(experiment, point, episode, traces.as_deref())
+            run_one(args, experiment, point, episode, traces.as_deref())
         }
         None => run_all(args, experiment, &folder, traces.as_deref()),
     }
@@ -178,7 +181,13 @@ fn refuse_traces_of_another_run(experiment: &Experiment, folder: &Path) -> Resul
 }
 
 /// Runs one episode and prints its rows.
-fn run_one(experiment: &Experiment, point: u32, episode: u64, traces: Option<&Path>) -> Result<(), Failure> {
+fn run_one(
+    args: &Args,
+    experiment: &Experiment,
+    point: u32,
+    episode: u64,
+    traces: Option<&Path>,
+) -> Result<(), Failure> {
     let answers = experiment.run_block(&mut Worker::default(), point, episode, traces).map_err(Failure::run)?;
     let header = results::header_line(experiment.swept());
     let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(header);
@@ -191,7 +200,10 @@ fn run_one(experiment: &Experiment, point: u32, episode: u64, traces: Option<&Pa
         Some(Answer { row, .. }) => {
             Err(Failure::Run(format!("error: {} crashed: {}", row.stack, row.outcome.message())))
         }
-        None => Ok(()),
+        None => {
+            let summary = answers.iter().filter_map(|answer| results::summarise_rows(std::iter::once(&answer.row)));
+            judge(args, &summary.collect::<Vec<SummaryRow>>())
+        }
     }
 }
 

@@ -2,8 +2,9 @@
 
 use super::{Failure, colour};
 use crate::experiment::{Experiment, PrepareError};
+use crate::results::Manifest;
 use crate::scenario::{Edit, ScenarioError, ScenarioFile};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Changes to a scenario.
 #[derive(Clone, Debug, Default, PartialEq, clap::Args)]
@@ -28,15 +29,50 @@ impl Changes {
         Self { set, stacks: vec![stack], ..Self::default() }
     }
 
-    /// Loads and checks the scenario in `file` with these changes, ready to run.
-    pub(super) fn load(&self, file: &Path) -> Result<Experiment, Failure> {
+    /// Loads and checks the scenario in `source` with these changes, ready to run: a scenario file, or a folder of results, whose manifest
+    /// holds the scenario.
+    pub(super) fn load(&self, source: &Path) -> Result<Experiment, Failure> {
         let refuse = |error: ScenarioError| Failure::Usage(error.render(colour()));
-        let numbers = [("episodes", self.episodes.map(u64::from)), ("seed", self.seed)];
+        let (file, recorded) = if source.is_dir() {
+            let (file, manifest) = recorded(source)?;
+            (file, Some(manifest))
+        } else {
+            (ScenarioFile::open(source).map_err(refuse)?, None)
+        };
+        // A folder that was extended holds more episodes than its scenario says.
+        let episodes = self.episodes.map(u64::from).or(recorded.as_ref().map(|manifest| manifest.episodes));
+        let numbers = [("episodes", episodes), ("seed", self.seed)];
         let numbers = numbers.iter().filter_map(|(key, number)| number.map(|number| format!("{key}={number}")));
         let edits = self.set.iter().cloned().chain(numbers).map(|text| Edit::parse(&text));
         let edits = edits.collect::<Result<Vec<Edit>, _>>().map_err(refuse)?;
-        prepare(&ScenarioFile::open(file).map_err(refuse)?, &edits, &self.stacks)
+        let ran = recorded.map(|manifest| manifest.identity.stacks).unwrap_or_default();
+        prepare(&file, &edits, if self.stacks.is_empty() { &ran } else { &self.stacks })
     }
+}
+
+/// Loads and checks several scenarios; what is wrong with each of them is told at once.
+pub(super) fn load_all(changes: &Changes, sources: &[PathBuf]) -> Result<Vec<Experiment>, Failure> {
+    let (mut experiments, mut refused) = (Vec::new(), Vec::new());
+    for source in sources {
+        match changes.load(source) {
+            Ok(experiment) => experiments.push(experiment),
+            Err(Failure::Usage(message)) => refused.push(message),
+            Err(other) => return Err(other),
+        }
+    }
+    if refused.is_empty() { Ok(experiments) } else { Err(Failure::Usage(refused.join("\n\n"))) }
+}
+
+/// The scenario that a folder of results was made of, and its manifest.
+fn recorded(folder: &Path) -> Result<(ScenarioFile, Manifest), Failure> {
+    let refused =
+        |reason| Failure::Usage(format!("error: {}: found a folder without results: {reason}", folder.display()));
+    let manifest = Manifest::read(folder).map_err(refused)?;
+    let file = ScenarioFile::from_text(folder, manifest.identity.scenario.clone());
+    // The resolved scenario always has its name.
+    let name = file.read(&[]).map_err(|error| Failure::Usage(error.render(colour())))?.name;
+    let paths = manifest.scenario_folder(name.as_str()).unwrap_or_default();
+    Ok((file.in_folder(paths), manifest))
 }
 
 /// The experiment of a scenario's file with edits; with only the stacks named in `stacks`, unless it is empty.

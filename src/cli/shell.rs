@@ -51,10 +51,8 @@ mod tests {
         assert!(!line.contains(char::is_control), "{line}");
         // printf ends each word with a NUL, which no word holds.
         let answer = std::process::Command::new("bash").args(["-c", &format!("printf '%s\\0' {line}")]).output();
-        let Ok(answer) = answer else {
-            println!("skipped: no bash");
-            return;
-        };
+        // Not every system has one.
+        let Ok(answer) = answer else { return };
         let read = String::from_utf8(answer.stdout).unwrap();
         assert_eq!(read.split_terminator('\0').collect::<Vec<_>>(), words);
         assert!(line.starts_with("simrun --set 'goal=[8, 3]' '' 'it'\\''s' "), "{line}");

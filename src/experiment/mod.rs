@@ -15,7 +15,7 @@ pub use session::{Session, Untraced};
 
 use crate::digest::Digest;
 use crate::files;
-use crate::map::MapError;
+use crate::map::{MapError, OccupancyGrid};
 use crate::plan::stack::StackSpec;
 use crate::results::{self, Identity, Order, ResultsError, StackAt};
 use crate::rng::EpisodeSeed;
@@ -228,6 +228,11 @@ impl Experiment {
     /// The robot that is driven at a point.
     pub fn robot(&self, point: u32) -> &Robot {
         &self.points[point as usize].surroundings.robot
+    }
+
+    /// The map of every episode at a point, if they all have the same.
+    pub fn fixed_map(&self, point: u32) -> Option<&OccupancyGrid> {
+        self.points[point as usize].surroundings.fixed_map.as_ref().map(|map| &*map.grid)
     }
 
     /// The keys that are swept.

@@ -5,6 +5,7 @@
 //! | `.map` | MovingAI ([`movingai`](super::formats::movingai)) | no | no | no |
 //! | `.yaml`, `.yml` | ROS map_server with its image ([`ros`](super::formats::ros)) | yes | yes | read |
 //! | `.png`, `.pgm` | a grey image, read as ROS does; the grey 205 of map savers is unknown | no | no | read |
+//! | `.bmp`, `.ppm`, `.pbm`, `.pam` | the same, read and not written | no | no | read |
 //! | `.txt` | a drawing as in scenarios ([`ascii`](super::formats::ascii)) | no | no | no |
 
 use super::{Cell, Frame, MapError, MapSpec, OccupancyGrid, SIDE_MAX, check_resolution};
@@ -26,10 +27,13 @@ pub struct FileFormat {
     pub name: Option<&'static str>,
     /// Whether resolution and origin have a place in the format.
     pub has_frame: bool,
+    /// What to do where a scenario names such a file as its map and cannot; `None` if it can.
+    pub in_scenarios: Option<&'static str>,
     /// Reads a file; the resolution is used if the file gives none.
     pub read: fn(&Path, Positive, Unknown) -> Result<Loaded, MapError>,
     /// The file of a map and its companions, such as an image, to be written in reverse order: the last names no other.
-    pub write: fn(&OccupancyGrid, &Path) -> Vec<Draft>,
+    /// `None` for a format that is only read.
+    pub write: Option<fn(&OccupancyGrid, &Path) -> Vec<Draft>>,
 }
 
 impl FileFormat {
@@ -48,13 +52,40 @@ impl FileFormat {
         Self::all().find(has).ok_or_else(|| MapError::UnknownExtension { known: Self::known() }.of(file))
     }
 
+    /// The drafts of a map in the format of the file's extension, and that format.
+    ///
+    /// # Errors
+    /// [`MapError::UnknownExtension`] if no format that is written has that extension.
+    pub fn drafts(grid: &OccupancyGrid, file: &Path) -> Result<(Vec<Draft>, &'static Self), MapError> {
+        let format = Self::to_write(file)?;
+        Ok((format.write.map_or_else(Vec::new, |write| write(grid, file)), format))
+    }
+
+    /// The format that a file is to be written in.
+    ///
+    /// # Errors
+    /// [`MapError::UnknownExtension`] if no format that is written has its extension.
+    pub fn to_write(file: &Path) -> Result<&'static Self, MapError> {
+        let unknown = || MapError::UnknownExtension { known: Self::written() }.of(file);
+        Self::of(file).ok().filter(|format| format.write.is_some()).ok_or_else(unknown)
+    }
+
     /// The formats in words: `.map (MovingAI), …`.
     pub fn known() -> String {
+        Self::in_words(Self::all())
+    }
+
+    /// The formats that are written, in words.
+    pub fn written() -> String {
+        Self::in_words(Self::all().filter(|format| format.write.is_some()))
+    }
+
+    fn in_words(formats: impl Iterator<Item = &'static Self>) -> String {
         let shown = |format: &Self| {
             let name = format.name.map_or(String::new(), |name| format!(" ({name})"));
             format!(".{}{name}", format.extensions[0])
         };
-        let mut shown: Vec<String> = Self::all().map(shown).collect();
+        let mut shown: Vec<String> = formats.map(shown).collect();
         let last = shown.pop().unwrap_or_default();
         format!("{} or {last}", shown.join(", "))
     }
@@ -130,7 +161,7 @@ pub fn read(file: &Path, resolution_m: Positive, unknown: Unknown) -> Result<Loa
 /// # Errors
 /// [`MapError::File`] if the extension is unknown.
 pub fn drafts(grid: &OccupancyGrid, file: &Path) -> Result<Vec<Draft>, MapError> {
-    Ok((FileFormat::of(file)?.write)(grid, file))
+    Ok(FileFormat::drafts(grid, file)?.0)
 }
 
 /// Writes drafts, all or, if one of the files is there already and `replace` is not set, none.
@@ -282,10 +313,14 @@ mod tests {
         for (message, expected) in [
             (
                 read_plain(Path::new("a.jpg")).map(|_| ()),
-                "a.jpg: the extension names no format of maps, expected .txt, .map (MovingAI), .yaml (ROS), .png or .pgm",
+                "a.jpg: the extension names no format of maps, expected .txt, .map (MovingAI), .yaml (ROS), .png, .pgm, .bmp, .ppm, .pbm or .pam",
             ),
             (read_plain(Path::new("no/such.txt")).map(|_| ()), "such.txt: cannot read the map"),
             (read_plain(Path::new("no/such.png")).map(|_| ()), "such.png: image "),
+            (
+                write(&empty, Path::new("map.bmp")).map(|_| ()),
+                "map.bmp: the extension names no format of maps, expected .txt, .map (MovingAI), .yaml (ROS), .png or .pgm",
+            ),
             (write(&empty, Path::new("map")).map(|_| ()), "map: the extension names no format of maps"),
             (write(&empty, Path::new("no/such/folder/a.map")).map(|_| ()), "a.map: cannot write the map"),
         ] {

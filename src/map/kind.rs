@@ -1,7 +1,7 @@
 //! Behaviour of every kind of map, and its registry entry.
 
 use super::file::FileFormat;
-use super::{MapError, MapSeed, OccupancyGrid};
+use super::{Cell, MapError, MapSeed, OccupancyGrid};
 use crate::rng::EpisodeSeed;
 use crate::settings::quantity::Positive;
 use std::path::{Path, PathBuf};
@@ -23,6 +23,11 @@ pub trait MapKind {
     /// parameters are.
     fn files(&self, _folder: &Path) -> Vec<PathBuf> {
         Vec::new()
+    }
+
+    /// Whether nobody knows what a cell holds; whether it then counts as occupied is a parameter of the kind.
+    fn is_unknown(&self, _folder: &Path, _cell: Cell) -> bool {
+        false
     }
 
     /// What the map's file says that was not used, or should be looked at, in words; none if it cannot be read.

@@ -25,6 +25,12 @@ pub use map_seed::MapSeed;
 
 use crate::rng::EpisodeSeed;
 use crate::settings::registry;
+use file::FileFormat;
+use schemars::{Schema, SchemaGenerator, json_schema};
+use serde::de::value::{MapAccessDeserializer, StrDeserializer};
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// Largest number of cells along one side of a map; checked before anything is allocated.
@@ -62,6 +68,51 @@ registry! {
 }
 
 impl MapSpec {
+    /// Reads the value of the scenario's key `map`: a kind of map, or a map file alone, whose extension tells the kind.
+    ///
+    /// # Errors
+    /// The reader's, or one that says why the file cannot be the map of a scenario.
+    pub fn or_file<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl<'de> Visitor<'de> for Reader {
+            type Value = MapSpec;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a map: `name`, `name: {parameters}`, or a map file")
+            }
+            fn visit_str<E: Error>(self, text: &str) -> Result<MapSpec, E> {
+                let file = Path::new(text);
+                if file.extension().is_none() {
+                    return MapSpec::deserialize(StrDeserializer::new(text));
+                }
+                let format = FileFormat::of(file)
+                    .map_err(|_| E::custom(format!("`{text}` is no map file: they end in {}", FileFormat::known())))?;
+                if let Some(advice) = format.in_scenarios {
+                    return Err(E::custom(format!("`{text}` cannot be the map of a scenario: {advice}")));
+                }
+                let has = |entry: &Entry| entry.files.iter().any(|other| other.extensions == format.extensions);
+                let kinds = MapSpec::NAMES.iter().zip(MapSpec::ENTRIES);
+                let kind = kinds.filter(|(_, entry)| has(entry)).map(|(name, _)| *name).next().unwrap_or_default();
+                serde_json::from_value(serde_json::json!({kind: text})).map_err(E::custom)
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MapSpec, A::Error> {
+                MapSpec::deserialize(MapAccessDeserializer::new(map))
+            }
+        }
+        deserializer.deserialize_any(Reader)
+    }
+
+    /// The JSON Schema of what [`Self::or_file`] reads.
+    pub fn schema_or_file(generator: &mut SchemaGenerator) -> Schema {
+        let extensions = FileFormat::all().filter(|format| format.in_scenarios.is_none());
+        let extensions: Vec<&str> = extensions.flat_map(|format| format.extensions).copied().collect();
+        let file = json_schema!({
+            "type": "string",
+            "pattern": format!("\\.({})$", extensions.join("|")),
+            "description": "A map file, whose extension tells its kind.",
+        });
+        json_schema!({"anyOf": [generator.subschema_for::<Self>(), file]})
+    }
+
     /// The grid of one episode. Files are looked up relative to `folder`, the folder of the scenario.
     ///
     /// # Errors

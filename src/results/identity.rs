@@ -6,7 +6,7 @@ use crate::trace::Header;
 use crate::{clock, files, scenario};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Largest number of differences named in one message; further ones are only counted.
 const DIFFERENCES_MAX: usize = 5;
@@ -109,6 +109,9 @@ pub struct Launch {
     pub host: String,
     /// Seconds since 1970-01-01 UTC.
     pub started_unix_s: u64,
+    /// Folder in which it was started, where the command's paths begin; empty if unknown.
+    #[serde(default)]
+    pub folder: PathBuf,
 }
 
 impl Launch {
@@ -118,6 +121,7 @@ impl Launch {
             command: std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect(),
             host: host(),
             started_unix_s: clock::unix_time_s(),
+            folder: std::env::current_dir().unwrap_or_default(),
         }
     }
 }
@@ -159,6 +163,16 @@ impl Manifest {
     pub fn is_altered(&self, folder: &Path, table: &str) -> bool {
         let now = || files::digest_of_lines(&folder.join(table)).ok().map(|digest| digest.to_string());
         self.tables.get(table).is_some_and(|then| now().as_ref() != Some(then))
+    }
+
+    /// The folder of the scenario's file, in which the paths begin that it names, if one of the commands tells it: that of a YAML file which
+    /// is still there, best of one that is called like the scenario.
+    pub fn scenario_folder(&self, name: &str) -> Option<PathBuf> {
+        let words = self.launches.iter().flat_map(|launch| launch.command.iter().map(|word| launch.folder.join(word)));
+        let is_yaml = |file: &PathBuf| file.extension().is_some_and(|ending| ending == "yaml" || ending == "yml");
+        let files: Vec<PathBuf> = words.filter(is_yaml).filter(|file| file.is_file()).collect();
+        let named = files.iter().find(|file| file.file_stem().is_some_and(|stem| stem == name));
+        named.or(files.first())?.parent().map(Path::to_owned)
     }
 }
 

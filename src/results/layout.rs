@@ -68,11 +68,18 @@ pub fn aligned(rows: &[Vec<String>], left: usize, width: usize) -> String {
     // What names a row is on every part.
     let names = left.max(1).min(columns);
     if together(&widths) > width {
-        let most = width / 2 / names;
-        for (column, width) in widths.iter_mut().enumerate().take(names) {
+        let least = |column: usize| {
             let longest = rows.iter().flat_map(|row| pieces(&row[column])).map(length).max().unwrap_or_default();
-            let least = longest + INDENT.len();
-            *width = (*width).min(least.max(most));
+            longest + INDENT.len()
+        };
+        // The widest name gives way first, as far as its pieces let it.
+        while together(&widths[..names]) > width * 3 / 5 {
+            let widest =
+                (0..names).filter(|&column| widths[column] > least(column)).max_by_key(|&column| widths[column]);
+            match widest {
+                Some(column) => widths[column] -= 1,
+                None => break,
+            }
         }
     }
     let mut text = String::new();
@@ -116,9 +123,9 @@ fn length(text: &str) -> usize {
     text.chars().count()
 }
 
-/// The pieces of a name between which it may be broken, each with the `+`, `.` or space that ends it.
+/// The pieces of a name between which it may be broken, each with the `+`, `.`, `_` or space that ends it.
 fn pieces(name: &str) -> impl Iterator<Item = &str> {
-    name.split_inclusive(['+', '.', ' '])
+    name.split_inclusive(['+', '.', '_', ' '])
 }
 
 /// A name in lines of at most `width` characters; a piece that is longer stands alone.
@@ -159,8 +166,8 @@ mod tests {
         );
         assert_eq!(
             aligned(&rows, 1, 26),
-            "stack             time\na+b                  1\na_star+             10\n  line_of_sight+\n  dwa\n\n\
-             stack             length\na+b                    2\na_star+               20\n  line_of_sight+\n  dwa\n"
+            "stack            time\na+b                 1\na_star+line_of_    10\n  sight+dwa\n\n\
+             stack            length\na+b                   2\na_star+line_of_      20\n  sight+dwa\n"
         );
     }
 }

@@ -12,13 +12,10 @@ use crate::map::{DRAWING_BYTES_MAX, MapError};
 use crate::math;
 use crate::plan::PlanningGrid;
 use crate::plan::contract::Fit;
-use crate::plan::global::GlobalChoice;
-use crate::plan::local::LocalChoice;
-use crate::plan::path::PathChoice;
 use crate::rng::EpisodeSeed;
 use crate::robot::Robot;
 use crate::world::script::EventChoice;
-use crate::world::{StaticMap, UnknownStatic};
+use crate::world::{INSIDE_KNOWN, SceneError, StaticMap, UnknownStatic};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
@@ -27,33 +24,45 @@ impl Scenario {
     /// Checks that no two values contradict each other, as far as this can be checked without the map.
     ///
     /// # Errors
-    /// The first contradiction, with the keys at fault.
+    /// Every contradiction, with the keys at fault.
     pub fn consistent(&self) -> Result<(), ScenarioError> {
-        self.consistent_limits()?;
-        self.consistent_termination()?;
-        self.consistent_actuation()?;
-        self.consistent_stacks()?;
-        self.sweep.consistent()
+        ScenarioError::all(self.contradictions(), "")
     }
 
-    fn consistent_limits(&self) -> Result<(), ScenarioError> {
+    pub(super) fn contradictions(&self) -> Vec<ScenarioError> {
+        let checks = [
+            self.consistent_speeds(),
+            self.consistent_metrics(),
+            self.consistent_termination(),
+            self.consistent_actuation(),
+            self.consistent_stacks(),
+            self.sweep.consistent(),
+        ];
+        checks.into_iter().filter_map(Result::err).collect()
+    }
+
+    fn consistent_speeds(&self) -> Result<(), ScenarioError> {
         let (reverse, forward) = (self.limits.reverse_speed_max_mps.get(), self.limits.speed_max_mps.get());
-        if reverse > forward {
-            return Err(contradiction(
-                format!("the robot would be faster in reverse ({reverse} m/s) than forward ({forward} m/s)"),
-                ("limits.reverse_speed_max_mps", reverse),
-                ("limits.speed_max_mps", forward),
-            ));
+        if reverse <= forward {
+            return Ok(());
         }
+        Err(contradiction(
+            format!("the robot would be faster in reverse ({reverse} m/s) than forward ({forward} m/s)"),
+            ("limits.reverse_speed_max_mps", reverse),
+            ("limits.speed_max_mps", forward),
+        ))
+    }
+
+    fn consistent_metrics(&self) -> Result<(), ScenarioError> {
         let (near, encounter) = (self.metrics.near_miss_m.get(), self.metrics.encounter_m.get());
-        if near > encounter {
-            return Err(contradiction(
-                format!("a near miss ({near} m) would be farther away than an encounter ({encounter} m)"),
-                ("metrics.near_miss_m", near),
-                ("metrics.encounter_m", encounter),
-            ));
+        if near <= encounter {
+            return Ok(());
         }
-        Ok(())
+        Err(contradiction(
+            format!("a near miss ({near} m) would be farther away than an encounter ({encounter} m)"),
+            ("metrics.near_miss_m", near),
+            ("metrics.encounter_m", encounter),
+        ))
     }
 
     fn consistent_termination(&self) -> Result<(), ScenarioError> {
@@ -160,7 +169,7 @@ impl Scenario {
     ///
     /// # Errors
     /// If the map cannot be loaded, the robot does not fit at the start, the goal is out of reach, or
-    /// the known map has no way between the two.
+    /// the known map has no way between the two; every fault that does not follow from another.
     pub fn check(&self, folder: &Path) -> Result<(), ScenarioError> {
         match self.load_map(folder)? {
             Some(map) => self.check_on(&map, folder),
@@ -180,30 +189,51 @@ impl Scenario {
 
     /// Checks the scenario against `map`, which is its own.
     pub(super) fn check_on(&self, map: &StaticMap, folder: &Path) -> Result<(), ScenarioError> {
-        self.check_heading()?;
         let robot = Robot::new(&self.robot, &self.limits);
-        let start = self.start.given(&map.grid).map(|(position, _)| position);
-        let goal = self.goal.given(&map.grid);
-        self.scene_spec(folder).and_then(|scene| scene.check(map, &robot)).map_err(|error| {
-            let refused =
-                ScenarioError::new(format!("`{}`: {}", error.key, error.message)).key(KeyPath::parse(&error.key));
-            match (error.key.as_str(), start, goal) {
-                ("start", ..) if robot.footprint.is_some() => {
-                    refused.help("give it another heading, or a place with more room")
-                }
-                ("start", Some(place), _) | ("goal", _, Some(place)) => {
-                    let unknown = self.obstacles.given_statics(&map.grid);
-                    nearest_fit(refused, map, &unknown, place, robot.inscribed_radius_m())
-                }
-                (key, ..) if key.ends_with(".position") || key.ends_with(".pose") => {
-                    refused.help("move it to free floor")
-                }
-                _ => refused,
+        let mut errors: Vec<ScenarioError> = self.check_heading().err().into_iter().collect();
+        let in_scene = match self.scene_spec(folder) {
+            Ok(scene) => scene.faults(map, &robot),
+            Err(error) => vec![error],
+        };
+        let is_placed = !in_scene.iter().any(|error| ["start", "goal"].contains(&error.key.as_str()));
+        errors.extend(in_scene.into_iter().map(|error| self.scene_error(error, map, &robot, folder)));
+        errors.extend(self.planner_faults(map, &robot));
+        if is_placed && let (Some(start), Some(goal)) = self.ends(map) {
+            errors.extend(self.check_ends(map, start, goal).err());
+        }
+        ScenarioError::all(errors, "")
+    }
+
+    /// Start and goal, where they are given.
+    fn ends(&self, map: &StaticMap) -> (Option<Vec2>, Option<Vec2>) {
+        (self.start.given(&map.grid).map(|(position, _)| position), self.goal.given(&map.grid))
+    }
+
+    /// The error for an impossible part of the scene.
+    fn scene_error(&self, mut error: SceneError, map: &StaticMap, robot: &Robot, folder: &Path) -> ScenarioError {
+        let (start, goal) = self.ends(map);
+        let end = if error.key == "start" { start } else { goal.filter(|_| error.key == "goal") };
+        if end.is_some_and(|end| self.map.kind().is_unknown(folder, map.grid.cell_at(end))) {
+            let unknown = "lies on an unknown cell of the map, which counts as occupied";
+            error.message = error.message.replace(INSIDE_KNOWN, unknown);
+        }
+        let refused = ScenarioError::new(format!("`{}`: {}", error.key, error.message)).key(KeyPath::parse(&error.key));
+        match (error.key.as_str(), start, goal) {
+            ("start", ..) if robot.footprint.is_some() => {
+                refused.help("give it another heading, or a place with more room")
             }
-        })?;
-        self.check_planners(map, &robot)?;
+            ("start", Some(place), _) | ("goal", _, Some(place)) => {
+                let unknown = self.obstacles.given_statics(&map.grid);
+                nearest_fit(refused, map, &unknown, place, robot.inscribed_radius_m())
+            }
+            (key, ..) if key.ends_with(".position") || key.ends_with(".pose") => refused.help("move it to free floor"),
+            _ => refused,
+        }
+    }
+
+    /// Checks that start and goal are apart, and that a way leads from one to the other.
+    fn check_ends(&self, map: &StaticMap, start: Vec2, goal: Vec2) -> Result<(), ScenarioError> {
         let tolerance = self.termination.goal_tolerance_m.get();
-        let (Some(start), Some(goal)) = (start, goal) else { return Ok(()) };
         let distance = rounded((goal - start).norm());
         if distance <= tolerance && self.goal.heading_rad(&map.grid).is_none() {
             return Err(ScenarioError::new("the robot starts at its goal")
@@ -215,46 +245,46 @@ impl Scenario {
         self.check_way(map, start, goal)
     }
 
-    /// Checks the parameters of every planner against the map and the robot.
-    fn check_planners(&self, map: &StaticMap, robot: &Robot) -> Result<(), ScenarioError> {
+    /// The planners whose parameters do not fit the map and the robot.
+    fn planner_faults(&self, map: &StaticMap, robot: &Robot) -> Vec<ScenarioError> {
         let fit = Fit { map: &map.grid, robot, dt_s: self.control_period_s.get() };
-        let refused = |key: KeyPath, name: &str, message: String| {
-            ScenarioError::new(format!("`{name}`: {message}")).key(key).label("does not fit this map and robot")
-        };
-        let global = |key: KeyPath, choice: &GlobalChoice| {
-            choice.kind().check(&fit).map_err(|message| refused(key, choice.name(), message))
-        };
-        let path = |key: KeyPath, choice: &PathChoice| {
-            choice.kind().check(&fit).map_err(|message| refused(key, choice.name(), message))
-        };
-        let local = |key: KeyPath, choice: &LocalChoice| {
-            choice.kind().check(&fit).map_err(|message| refused(key, choice.name(), message))
+        let mut faults = Vec::new();
+        let mut ask = |key: KeyPath, name: &str, answer: Result<(), String>| {
+            faults.extend(answer.err().map(|message| {
+                ScenarioError::new(format!("`{name}`: {message}")).key(key).label("does not fit this map and robot")
+            }));
         };
         let in_product = |list: &str, item: usize| KeyPath::parse("stacks").key(list).item(item);
         match &self.stacks {
             Stacks::Product(product) => {
                 for (item, choice) in product.global.iter().enumerate() {
-                    choice.0.iter().try_for_each(|choice| global(in_product("global", item), choice))?;
+                    if let Some(choice) = &choice.0 {
+                        ask(in_product("global", item), choice.name(), choice.kind().check(&fit));
+                    }
                 }
                 for (item, stages) in product.path.iter().enumerate() {
-                    let key = |stage: usize| in_product("path", item).item(stage);
-                    stages.iter().enumerate().try_for_each(|(stage, choice)| path(key(stage), choice))?;
+                    for (stage, choice) in stages.iter().enumerate() {
+                        ask(in_product("path", item).item(stage), choice.name(), choice.kind().check(&fit));
+                    }
                 }
                 for (item, choice) in product.local.iter().enumerate() {
-                    local(in_product("local", item), choice)?;
+                    ask(in_product("local", item), choice.name(), choice.kind().check(&fit));
                 }
             }
             Stacks::List(stacks) => {
                 for (item, stack) in stacks.iter().enumerate() {
                     let key = |part: &str| KeyPath::parse("stacks").item(item).key(part);
-                    stack.global.0.iter().try_for_each(|choice| global(key("global"), choice))?;
-                    let stages = stack.path.iter().enumerate();
-                    stages.clone().try_for_each(|(stage, choice)| path(key("path").item(stage), choice))?;
-                    local(key("local"), &stack.local)?;
+                    if let Some(choice) = &stack.global.0 {
+                        ask(key("global"), choice.name(), choice.kind().check(&fit));
+                    }
+                    for (stage, choice) in stack.path.iter().enumerate() {
+                        ask(key("path").item(stage), choice.name(), choice.kind().check(&fit));
+                    }
+                    ask(key("local"), stack.local.name(), stack.local.kind().check(&fit));
                 }
             }
         }
-        Ok(())
+        faults
     }
 
     /// Checks that the planning grid has a way from the start to the goal.

@@ -46,7 +46,10 @@ impl Edit {
         };
         shape::check("", &format!("value: {value}"))
             .map_err(|error| error.title().replace("`value`", "the value"))
-            .and_then(|()| serde_yaml::from_str(value).map_err(|error| error.to_string()))
+            .and_then(|not_finite| match not_finite.first() {
+                Some((_, error)) => Err(error.title().replace("`value`", "the value")),
+                None => serde_yaml::from_str(value).map_err(|error| error.to_string()),
+            })
             .map(|tree| Self::new(before, path, &format!("={value}"), tree))
             .map_err(|message| refuse(&message))
     }
@@ -367,7 +370,7 @@ stacks:
             let edit = Edit::parse(set);
             let error =
                 edit.and_then(|edit| ScenarioFile::from_text("b.yaml", BASE).read(&[edit])).unwrap_err().to_string();
-            let carets = error.lines().find(|line| line.contains('^')).unwrap().matches('^').count();
+            let carets = error.lines().rfind(|line| line.contains('^')).unwrap().matches('^').count();
             assert!(error.contains(message) && carets == underlined.len(), "{set}:\n{error}");
         }
     }

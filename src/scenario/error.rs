@@ -20,6 +20,8 @@ struct Diagnosis {
     notes: Vec<String>,
     help: Vec<String>,
     place: Place,
+    /// Faults beside this one.
+    others: Vec<ScenarioError>,
 }
 
 /// Place of the fault.
@@ -43,7 +45,30 @@ impl ScenarioError {
             notes: Vec::new(),
             help: Vec::new(),
             place: Place::Unknown,
+            others: Vec::new(),
         }))
+    }
+
+    /// All of these errors as one: those of files as a whole, then by the place in `file`, then those of other files and of the command line.
+    /// Nothing is wrong if there is none.
+    pub(super) fn all(errors: impl IntoIterator<Item = Self>, file: &str) -> Result<(), Self> {
+        let mut errors: Vec<Self> = errors.into_iter().flat_map(Self::apart).collect();
+        errors.sort_by_key(|error| match &error.0.place {
+            Place::Unknown | Place::File(_) => (0, 0),
+            Place::Text { file: Some(name), span, .. } if name == file => (1, span.start),
+            Place::Text { file: Some(_), .. } => (2, 0),
+            Place::Text { file: None, .. } => (3, 0),
+        });
+        let mut errors = errors.into_iter();
+        let Some(mut first) = errors.next() else { return Ok(()) };
+        first.0.others = errors.collect();
+        Err(first)
+    }
+
+    /// The errors that were made one, each by itself.
+    pub(super) fn apart(mut self) -> impl Iterator<Item = Self> {
+        let others = std::mem::take(&mut self.0.others);
+        std::iter::once(self).chain(others)
     }
 
     /// Names a key at fault. Of several, the one that was edited is shown, else the first in the file.
@@ -72,9 +97,11 @@ impl ScenarioError {
         self
     }
 
-    /// Adds a fact.
+    /// Adds a fact, to each error if it is several.
     pub(super) fn note(mut self, note: impl Into<String>) -> Self {
-        self.0.notes.push(note.into());
+        let note = note.into();
+        self.0.others.iter_mut().for_each(|other| other.0.notes.push(note.clone()));
+        self.0.notes.push(note);
         self
     }
 
@@ -100,9 +127,18 @@ impl ScenarioError {
         self
     }
 
-    /// The keys at fault, the most important first; empty if the file as a whole is at fault.
+    /// The keys at fault, the most important first; empty if the file as a whole is at fault. Of several faults, those of the first.
     pub fn keys(&self) -> impl ExactSizeIterator<Item = &KeyPath> {
         self.0.keys.iter().map(|(key, _)| key)
+    }
+
+    /// Whether the two say the same of the same place.
+    pub(super) fn repeats(&self, other: &Self) -> bool {
+        let place = |error: &Self| match &error.0.place {
+            Place::Text { file, span, .. } => Some((file.clone(), span.clone())),
+            Place::Unknown | Place::File(_) => None,
+        };
+        self.0.title == other.0.title && place(self) == place(other)
     }
 
     /// The first line of the message: what is wrong, in one sentence.
@@ -110,8 +146,13 @@ impl ScenarioError {
         &self.0.title
     }
 
-    /// The whole message over several lines, without a line break at the end.
+    /// The whole message over several lines, without a line break at the end; several faults are parted by an empty line.
     pub fn render(&self, colour: bool) -> String {
+        let parts = std::iter::once(self).chain(&self.0.others);
+        parts.map(|part| part.render_alone(colour)).collect::<Vec<String>>().join("\n\n")
+    }
+
+    fn render_alone(&self, colour: bool) -> String {
         let Diagnosis { title, label, notes, help, place, .. } = &*self.0;
         let mut group = Group::with_title(Level::ERROR.primary_title(title));
         match place {

@@ -10,16 +10,9 @@ use crate::settings::choice::nearest;
 use serde_json::Value as Json;
 use std::ops::Range;
 
-/// An error of the typed reader, on the text that it read.
-pub(super) fn typed(error: &serde_yaml::Error, schema: &Json, file: &str, text: &str) -> ScenarioError {
-    match Fault::new(error, text).explain(schema) {
-        (refused, Some(span)) => refused.at(Some(file.to_owned()), text, span),
-        (refused, None) => refused.in_file(file),
-    }
-}
-
 /// An error of the first look at the text: syntax, nesting, keys written twice, tags, numbers.
-pub(super) fn shape(error: &serde_yaml::Error, file: &str, text: &str) -> ScenarioError {
+/// With the place in the tree.
+pub(super) fn shape(error: &serde_yaml::Error, file: &str, text: &str) -> (KeyPath, ScenarioError) {
     let Fault { path, message, mut span, .. } = Fault::new(error, text);
     let at = span.as_ref().map_or(0, |span| span.start);
     let line_start = text[..at].rfind('\n').map_or(0, |end| end + 1);
@@ -58,10 +51,11 @@ pub(super) fn shape(error: &serde_yaml::Error, file: &str, text: &str) -> Scenar
     } else {
         syntax(&message, &text[..at])
     };
-    match span {
+    let refused = match span {
         Some(span) => refused.at(Some(file.to_owned()), text, span),
         None => refused.in_file(file),
-    }
+    };
+    (path, refused)
 }
 
 /// An error of the YAML grammar, in a text that is right up to `before`'s end.
@@ -96,14 +90,16 @@ fn inside(path: &KeyPath) -> String {
 }
 
 /// An error of the YAML reader, taken apart.
+#[derive(Clone)]
 pub(super) struct Fault<'a> {
-    text: &'a str,
+    /// The text in which it is shown.
+    pub text: &'a str,
     /// The value (or for a key that does not belong: the block) that was being read.
     pub path: KeyPath,
     /// The sentence without path and position.
-    message: String,
+    pub message: String,
     /// What to underline, where a position is known.
-    span: Option<Range<usize>>,
+    pub span: Option<Range<usize>>,
 }
 
 impl<'a> Fault<'a> {
@@ -126,6 +122,21 @@ impl<'a> Fault<'a> {
             _ => KeyPath::default(),
         };
         Self { text, path, message, span }
+    }
+
+    /// The key that does not belong, if that is the fault.
+    pub fn unknown_key(&self) -> Option<&str> {
+        quoted_after(&self.message, "unknown field ").map(|(key, _)| key)
+    }
+
+    /// The key that is missing, if that is the fault.
+    pub fn missing_key_name(&self) -> Option<&str> {
+        quoted_after(&self.message, "missing field ").map(|(key, _)| key)
+    }
+
+    /// Whether another reading tells the same, of `path`.
+    pub fn is_like(&self, other: &Fault<'_>, path: &KeyPath) -> bool {
+        self.path == *path && self.message == other.message
     }
 
     /// The same in our words, and what to underline.
@@ -261,6 +272,10 @@ impl<'a> Fault<'a> {
             && let Some(word) = found.split('`').nth(1)
         {
             error = error.help(format!("a list of one is written `[{word}]`"));
+        }
+        let word = found.trim_start_matches("the text `").trim_matches(['`', '-', '+', '.']).to_ascii_lowercase();
+        if ["nan", "inf", "infinity"].contains(&word.as_str()) {
+            error = error.help("every number of a scenario is finite: write the one that you mean, such as 1.5");
         }
         if let Some(digits) = found.strip_prefix("the text `").and_then(|found| found.strip_suffix('`'))
             && digits.len() > 1

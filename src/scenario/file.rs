@@ -1,16 +1,21 @@
 //! A scenario's file: its text, and the edits made to it on the way in.
 
 use super::error::ScenarioError;
-use super::explain::{self, Fault};
-use super::key_path::{self, KeyPath};
+use super::explain;
+use super::faults::{self, Written};
+use super::key_path::{self, KeyPath, Step};
 use super::{Edit, Name, Scenario, shape};
 use crate::files::{self, FileError};
 use std::path::{Path, PathBuf};
 
+/// The top-level keys that the checks against the map read.
+const MAP_CHECK_READS: [&str; 10] =
+    ["map", "seed", "start", "goal", "obstacles", "script", "robot", "limits", "planning", "control_period_s"];
+
 /// Reads a scenario file with edits and checks everything that can be checked before the first tick.
 ///
 /// # Errors
-/// The first fault, placed in the file or at the edit that caused it.
+/// Every fault, placed in the file or at the edit that caused it.
 pub fn load(path: impl Into<PathBuf>, edits: &[Edit]) -> Result<Scenario, ScenarioError> {
     let file = ScenarioFile::open(path)?;
     let scenario = file.read(edits)?;
@@ -31,11 +36,22 @@ pub fn read_document<T: serde::de::DeserializeOwned>(text: &str) -> Result<T, Do
     serde_yaml::from_str(text).map_err(|error| DocumentError(error.to_string()))
 }
 
+/// A scenario's tree after its edits.
+struct Edited {
+    tree: serde_yaml::Value,
+    /// Where each edit landed; nowhere if it was refused.
+    landed: Vec<Vec<KeyPath>>,
+    /// The errors of the edits that could not be made.
+    refused: Vec<ScenarioError>,
+}
+
 /// The text of a scenario file, kept so that errors can show the line.
 #[derive(Clone, Debug)]
 pub struct ScenarioFile {
     path: PathBuf,
     text: String,
+    /// The folder in which relative paths start, if it is not that of the file.
+    folder: Option<PathBuf>,
 }
 
 impl ScenarioFile {
@@ -47,7 +63,7 @@ impl ScenarioFile {
         let path = path.into();
         let shown = path.display().to_string();
         let refused = match files::text(&path, shape::SIZE_MAX_BYTES as u64) {
-            Ok(text) => return Ok(Self { path, text }),
+            Ok(text) => return Ok(Self { path, text, folder: None }),
             Err(FileError::TooLarge { .. }) => shape::too_large(),
             Err(FileError::NotUtf8 { line, .. }) => {
                 ScenarioError::new(format!("line {line} holds bytes that are not UTF-8 text"))
@@ -70,7 +86,18 @@ impl ScenarioFile {
         let text = text.into();
         // Editors of other systems put a byte order mark in front.
         let text = text.strip_prefix('\u{feff}').map_or_else(|| text.clone(), str::to_owned);
-        Self { path: path.into(), text }
+        Self { path: path.into(), text, folder: None }
+    }
+
+    /// The file's name in messages.
+    pub(super) fn shown(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    /// The same scenario, whose relative paths start in another folder than the file's own.
+    #[must_use]
+    pub fn in_folder(self, folder: PathBuf) -> Self {
+        Self { folder: Some(folder), ..self }
     }
 
     /// The file, as it was named.
@@ -80,45 +107,52 @@ impl ScenarioFile {
 
     /// The folder in which relative paths of the scenario start.
     pub fn folder(&self) -> &Path {
-        self.path.parent().unwrap_or(Path::new(""))
+        self.folder.as_deref().or(self.path.parent()).unwrap_or(Path::new(""))
     }
 
     /// The scenario with `edits` made to it in order, checked by itself (not yet against its map).
     ///
     /// # Errors
-    /// The first fault, placed in the file or at the edit that caused it.
+    /// Every fault, placed in the file or at the edit that caused it; what follows from another fault is left out. Where what is at fault
+    /// has nothing to do with the map, the faults against the map are among them.
     pub fn read(&self, edits: &[Edit]) -> Result<Scenario, ScenarioError> {
-        let file = self.path.display().to_string();
-        shape::check(&file, &self.text)?;
+        let file = self.shown();
         let schema = Scenario::schema();
-        let typed = |text: &str| serde_yaml::from_str::<Scenario>(text);
-        let mut scenario = if edits.is_empty() {
-            typed(&self.text).map_err(|error| explain::typed(&error, schema, &file, &self.text))?
-        } else {
-            let (tree, landed) = self.edited(edits, schema)?;
-            // Through a text and not straight from the tree, whose reader tells no key paths.
-            let text = serde_yaml::to_string(&tree).expect("a tree read from YAML can be written as YAML");
-            typed(&text).map_err(|error| {
-                let (refused, _) = Fault::new(&error, &text).explain(schema);
-                match (edit_of(&refused, &landed), typed(&self.text)) {
-                    (Some((edit, _)), _) => edits[edit].blame(refused, None),
-                    (None, Err(original)) => explain::typed(&original, schema, &file, &self.text),
-                    // The fault is in none of the edited values: the last edit made it one.
-                    (None, Ok(_)) => edits[edits.len() - 1].blame(refused, None),
-                }
-            })?
+        let (paths, mut errors): (Vec<KeyPath>, Vec<ScenarioError>) =
+            shape::check(&file, &self.text)?.into_iter().unzip();
+        let Edited { tree, landed, refused } = self.edited_in_part(edits, schema)?;
+        errors.extend(refused);
+        let written = Written { file: &file, text: &self.text, edits, landed: &landed };
+        let reading = faults::read(tree, paths, &written, schema);
+        errors.extend(reading.errors);
+        let Some(mut scenario) = reading.scenario else {
+            ScenarioError::all(errors, &file)?;
+            return Err(ScenarioError::new("the scenario cannot be read").in_file(file));
         };
         if scenario.name == Name::default() {
-            scenario.name = self.stem().map_err(|error| error.in_file(&file))?;
+            match self.stem() {
+                Ok(name) => scenario.name = name,
+                Err(error) => errors.push(error.in_file(&file)),
+            }
         }
-        scenario.consistent().map_err(|error| self.place(error, edits))?;
-        Ok(scenario)
+        let at_fault =
+            |key: &KeyPath| reading.taken_out.iter().any(|taken| taken.steps().first() == key.steps().first());
+        let is_new = |error: &ScenarioError| !error.keys().any(at_fault);
+        errors.extend(scenario.contradictions().into_iter().filter(is_new).map(|error| self.place(error, edits)));
+        if errors.is_empty() {
+            return Ok(scenario);
+        }
+        if !reading.taken_out.iter().any(|key| MAP_CHECK_READS.contains(&key.steps().first().map_or("", Step::name))) {
+            let on_map = scenario.check(self.folder()).map_err(ScenarioError::apart).err();
+            errors.extend(on_map.into_iter().flatten().filter(is_new).map(|error| self.place(error, edits)));
+        }
+        ScenarioError::all(errors, &file).map(|()| scenario)
     }
 
     /// Checks a scenario of this file against its map; see [`Scenario::check`].
     ///
     /// # Errors
-    /// The first fault, placed in the file or at the edit that caused it.
+    /// Every fault, placed in the file or at the edit that caused it.
     pub fn check(&self, scenario: &Scenario, edits: &[Edit]) -> Result<(), ScenarioError> {
         scenario.check(self.folder()).map_err(|error| self.place(error, edits))
     }
@@ -129,20 +163,49 @@ impl ScenarioFile {
         edits: &[Edit],
         schema: &serde_json::Value,
     ) -> Result<(serde_yaml::Value, Vec<Vec<KeyPath>>), ScenarioError> {
-        let file = self.path.display().to_string();
-        let mut tree: serde_yaml::Value =
-            serde_yaml::from_str(&self.text).map_err(|error| explain::shape(&error, &file, &self.text))?;
-        let landed = edits.iter().map(|edit| edit.apply(&mut tree, schema)).collect::<Result<_, _>>()?;
-        Ok((tree, landed))
+        let Edited { tree, landed, refused } = self.edited_in_part(edits, schema)?;
+        ScenarioError::all(refused, &self.shown()).map(|()| (tree, landed))
     }
 
-    /// Shows an error where its keys stand: at the last edit of one of them, else in the file.
+    /// Makes the edits that can be made.
+    fn edited_in_part(&self, edits: &[Edit], schema: &serde_json::Value) -> Result<Edited, ScenarioError> {
+        let file = self.shown();
+        let mut tree: serde_yaml::Value =
+            serde_yaml::from_str(&self.text).map_err(|error| explain::shape(&error, &file, &self.text).1)?;
+        let (mut landed, mut refused) = (Vec::new(), Vec::new());
+        for edit in edits {
+            // An edit that fails has changed nothing.
+            let mut edited = tree.clone();
+            match edit.apply(&mut edited, schema) {
+                Ok(places) => {
+                    tree = edited;
+                    landed.push(places);
+                }
+                Err(error) => {
+                    refused.push(error);
+                    landed.push(Vec::new());
+                }
+            }
+        }
+        Ok(Edited { tree, landed, refused })
+    }
+
+    /// Shows errors where their keys stand: at the last edit of one of them, else in the file.
     pub(super) fn place(&self, error: ScenarioError, edits: &[Edit]) -> ScenarioError {
-        let landed = self.edited(edits, Scenario::schema()).map(|(_, landed)| landed).unwrap_or_default();
-        if let Some((edit, key)) = edit_of(&error, &landed) {
+        let file = self.shown();
+        let landed = self.edited_in_part(edits, Scenario::schema()).map(|edited| edited.landed).unwrap_or_default();
+        let placed: Vec<ScenarioError> = error.apart().map(|error| self.place_one(error, edits, &landed)).collect();
+        match ScenarioError::all(placed, &file) {
+            Err(error) => error,
+            Ok(()) => unreachable!("an error is at least one"),
+        }
+    }
+
+    fn place_one(&self, error: ScenarioError, edits: &[Edit], landed: &[Vec<KeyPath>]) -> ScenarioError {
+        if let Some((edit, key)) = edit_of(&error, landed) {
             return edits[edit].blame(error.showing(key), None);
         }
-        let file = self.path.display().to_string();
+        let file = self.shown();
         let written = error.keys().position(|key| key_path::exists(&self.text, key)).unwrap_or(0);
         let span = error.keys().nth(written).and_then(|key| key_path::locate(&self.text, key));
         match span {

@@ -13,6 +13,16 @@ pub enum Step {
     Item(usize),
 }
 
+impl Step {
+    /// The key; empty for an item of a list.
+    pub(super) fn name(&self) -> &str {
+        match self {
+            Self::Key(key) => key,
+            Self::Item(_) => "",
+        }
+    }
+}
+
 /// The path from the top of a scenario to one of its values.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct KeyPath(Vec<Step>);
@@ -86,6 +96,11 @@ impl fmt::Display for KeyPath {
 /// `None` if not even the first key is, or the text is not YAML.
 pub(super) fn locate(text: &str, path: &KeyPath) -> Option<Range<usize>> {
     (1..=path.0.len()).rev().find_map(|count| locate_exactly(text, &path.0[..count]))
+}
+
+/// The bytes of the key at the end of `path`; those of [`locate`] if it is not in the text.
+pub(super) fn locate_key(text: &str, path: &KeyPath) -> Option<Range<usize>> {
+    offset(text, &path.0, Part::Key).map(|start| token(text, start)).or_else(|| locate(text, path))
 }
 
 /// Whether the whole of `path` is in `text`.

@@ -1,9 +1,10 @@
 //! Scenario files: YAML becomes a checked [`Scenario`], or an error that points at the line.
 //!
-//! Reading goes in steps, and the first one that fails gives the error: the text as such (size, nesting,
-//! syntax, keys written twice), the edits of the command line, the types (unknown keys and planners,
-//! wrong types, ranges), then [`Scenario::consistent`] (numbers that contradict each other) and
-//! [`Scenario::check`] (faults against the map: start inside a wall, no way to the goal).
+//! Reading goes in steps: the text as such (size, nesting, syntax, keys written twice), the edits of the
+//! command line, the types (unknown keys and planners, wrong types, ranges), then [`Scenario::consistent`]
+//! (numbers that contradict each other) and [`Scenario::check`] (faults against the map: start inside a wall,
+//! no way to the goal). A [`ScenarioError`] tells all faults of a step, and those of later steps that have
+//! nothing to do with them.
 //!
 //! ```
 //! use simrun::scenario::ScenarioFile;
@@ -22,9 +23,11 @@ mod differences;
 mod edit;
 mod error;
 mod explain;
+mod faults;
 mod file;
 mod key_path;
 pub mod reference;
+mod resolved;
 mod schema;
 mod shape;
 mod stacks;
@@ -77,7 +80,9 @@ pub struct Scenario {
     /// Time from one decision to the next, s: 0.001 to 10; default 0.1. The world is the same whatever it is.
     #[serde(default = "tenth_of_a_second")]
     pub control_period_s: Period,
-    /// The known map: drawn here, read from a file, or generated.
+    /// The known map: drawn here, read from a file, or generated. A map file may stand alone: `map: site.yaml`.
+    #[serde(deserialize_with = "MapSpec::or_file")]
+    #[schemars(schema_with = "MapSpec::schema_or_file")]
     pub map: MapSpec,
     /// Where the robot starts; by default a random free cell, heading for the goal.
     #[serde(default)]
@@ -304,6 +309,74 @@ stacks:
             let resolved = scenario.to_yaml();
             assert_eq!(read(&resolved), scenario, "{resolved}");
             assert_eq!(read(&resolved).to_yaml(), resolved);
+        }
+    }
+
+    #[test]
+    fn shorthands_mean_the_forms_in_full() {
+        const STACKS: &str = "stacks: {global: [a_star], local: [dwa]}";
+        for (short, full) in [
+            ("map: maps/site.yaml", "map: {ros: {file: maps/site.yaml}}"),
+            ("map: SITE.YML", "map: {ros: {file: SITE.YML}}"),
+            ("map: hall.map", "map: {movingai: {file: hall.map}}"),
+            ("map: {ros: site.yaml}", "map: {ros: {file: site.yaml, unknown: occupied}}"),
+            ("map: {movingai: hall.map}", "map: {movingai: {file: hall.map, resolution_m: 1}}"),
+            ("map: {ascii: \"..\\n.#\"}", "map: {ascii: {rows: ['..', '.#']}}"),
+            ("map: warehouse\nstart: {x: 1, y: 2}", "map: {warehouse: {}}\nstart: [1, 2]"),
+            ("map: warehouse\ngoal: {x: 1, y: 2, heading_rad: 3}", "map: {warehouse: {}}\ngoal: [1, 2, 3]"),
+        ] {
+            assert_eq!(read(&format!("{short}\n{STACKS}")), read(&format!("{full}\n{STACKS}")), "{short}");
+        }
+        let set = |set: &str| vec![Edit::parse(set).unwrap()];
+        let file = ScenarioFile::from_text("scenario.yaml", SMALL);
+        assert_eq!(
+            file.read(&set("map=hall.map")).unwrap(),
+            file.read(&set("map={movingai: {file: hall.map}}")).unwrap()
+        );
+        for (map, part) in [
+            ("site.pgm", "`simrun map convert"),
+            ("hall.txt", "a drawing stands in the scenario itself"),
+            ("site.tif", "`site.tif` is no map file: they end in .txt, .map (MovingAI)"),
+            ("warehous", "did you mean `warehouse`?"),
+            ("{ros: 5}", "expected a block of keys, or `file` alone"),
+        ] {
+            let text = format!("map: {map}\n{STACKS}");
+            let error = ScenarioFile::from_text("scenario.yaml", text).read(&[]).unwrap_err().to_string();
+            assert!(error.contains(part) && error.contains("scenario.yaml:1:"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_scalar_means_the_same_in_a_file_and_in_an_edit() {
+        for (key, written) in [
+            ("sensing.range_m", "0x10"),
+            ("sensing.range_m", "010"),
+            ("sensing.range_m", "1e1"),
+            ("limits.speed_max_mps", "-nan"),
+            ("limits.speed_max_mps", ".5"),
+            ("episodes", "1e3"),
+            ("episodes", "0o12"),
+            ("seed", "-0"),
+            ("seed", "010"),
+            ("seed", "0x1F"),
+            ("name", "1e3"),
+            ("name", "0x10"),
+            ("name", "true"),
+            ("description", "1e3"),
+            ("planning.replan", "never"),
+        ] {
+            let nested = match key.split_once('.') {
+                Some((block, inner)) => format!("{block}: {{{inner}: {written}}}"),
+                None => format!("{key}: {written}"),
+            };
+            let by_file = ScenarioFile::from_text("scenario.yaml", format!("{SMALL}\n{nested}")).read(&[]);
+            let by_edit = Edit::parse(&format!("{key}={written}"));
+            let by_edit = by_edit.and_then(|edit| ScenarioFile::from_text("scenario.yaml", SMALL).read(&[edit]));
+            match (by_file, by_edit) {
+                (Ok(by_file), Ok(by_edit)) => assert_eq!(by_file, by_edit, "{nested}"),
+                (Err(by_file), Err(by_edit)) => assert_eq!(by_file.title(), by_edit.title(), "{nested}"),
+                (by_file, by_edit) => panic!("{nested}: {by_file:?} {by_edit:?}"),
+            }
         }
     }
 

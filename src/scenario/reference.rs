@@ -197,6 +197,7 @@ impl Key {
             (None, Some(low), Some(high)) => format!("from {low} to {high}"),
             (None, Some(low), None) => format!("at least {low}"),
             (None, None, Some(high)) => format!("at most {high}"),
+            (None, None, None) if self.is_choice() => return None,
             (None, None, None) => {
                 return elements.find("pattern").map(|p| format!("pattern {}", p.as_str().unwrap_or("")));
             }

@@ -124,7 +124,7 @@ impl<'a> Place<'a> {
             let keys = form["properties"].as_object().into_iter().flat_map(|keys| keys.keys().map(String::as_str));
             form.get("const").and_then(Json::as_str).into_iter().chain(keys)
         });
-        for name in forms {
+        for name in forms.filter(|name| self.is_choice(name) || named.iter().any(|(known, _)| known == name)) {
             if !kinds.iter().any(|(known, _)| *known == name) {
                 let alone = named.iter().find(|(known, _)| *known == name).and_then(|(_, meaning)| meaning.clone());
                 kinds.push((name, alone.or_else(|| self.key(name)?.meaning())));

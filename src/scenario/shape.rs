@@ -3,7 +3,10 @@
 
 use super::error::ScenarioError;
 use super::explain;
+use super::faults::FAULTS_MAX;
+use super::key_path::KeyPath;
 use serde::de::{DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess, Visitor};
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fmt;
 
@@ -20,8 +23,15 @@ const BRACKETS_MAX: usize = 20_000;
 /// The message for `.nan` and `.inf`.
 pub(super) const NOT_FINITE: &str = "not a finite number";
 
-/// Refuses a text that is too large or not well-formed.
-pub(super) fn check(file: &str, text: &str) -> Result<(), ScenarioError> {
+/// The end of the message for a key that was there before.
+const TWICE: &str = "is written twice";
+
+/// The end of the message for a number beyond those that scenarios have.
+const TOO_LARGE: &str = "is too large";
+
+/// Refuses a text that is too large or not well-formed. The numbers that are not finite are left to the caller: the rest of the text can
+/// be read all the same.
+pub(super) fn check(file: &str, text: &str) -> Result<Vec<(KeyPath, ScenarioError)>, ScenarioError> {
     if text.len() > SIZE_MAX_BYTES {
         return Err(too_large().in_file(file));
     }
@@ -34,8 +44,23 @@ pub(super) fn check(file: &str, text: &str) -> Result<(), ScenarioError> {
     if text.lines().all(|line| matches!(line.trim_start().chars().next(), None | Some('#'))) {
         return Err(ScenarioError::new("the scenario is empty").help(SMALLEST).in_file(file));
     }
-    let walk = Walk { depth_left: DEPTH_MAX };
-    walk.deserialize(serde_yaml::Deserializer::from_str(text)).map_err(|error| explain::shape(&error, file, text))
+    let (mut faults, mut is_readable) = (Vec::new(), true);
+    while faults.len() < FAULTS_MAX {
+        // One more walk for each fault, because the reader tells a position at its end only.
+        let passed = Cell::new(faults.len());
+        let walk = Walk { depth_left: DEPTH_MAX, passed: &passed };
+        let Err(error) = walk.deserialize(serde_yaml::Deserializer::from_str(text)) else { break };
+        let message = error.to_string();
+        is_readable &= message.contains(NOT_FINITE);
+        faults.push(explain::shape(&error, file, text));
+        if ![NOT_FINITE, TWICE, TOO_LARGE].iter().any(|goes_on| message.contains(goes_on)) {
+            break;
+        }
+    }
+    if is_readable {
+        return Ok(faults);
+    }
+    ScenarioError::all(faults.into_iter().map(|(_, error)| error), file).map(|()| Vec::new())
 }
 
 /// The error for a file of more than [`SIZE_MAX_BYTES`].
@@ -50,27 +75,34 @@ pub(super) const SMALLEST: &str = "the smallest scenario names a map and the pla
 
 /// Walks over everything and keeps nothing.
 #[derive(Clone, Copy)]
-struct Walk {
+struct Walk<'a> {
     depth_left: usize,
+    /// Faults that are to be passed over, because they are known.
+    passed: &'a Cell<usize>,
 }
 
-impl Walk {
+impl Walk<'_> {
+    /// A fault behind which the walk can go on.
+    fn fault<E: Error>(self, message: impl FnOnce() -> String) -> Result<(), E> {
+        pass_or_fail(self.passed, message)
+    }
+
     fn deeper<E: Error>(self) -> Result<Self, E> {
         let depth_left = self.depth_left.checked_sub(1);
         depth_left
-            .map(|depth_left| Self { depth_left })
+            .map(|depth_left| Self { depth_left, ..self })
             .ok_or_else(|| E::custom(format!("lists and keys are nested more than {DEPTH_MAX} deep")))
     }
 }
 
-impl<'de> DeserializeSeed<'de> for Walk {
+impl<'de> DeserializeSeed<'de> for Walk<'_> {
     type Value = ();
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
         deserializer.deserialize_any(self)
     }
 }
 
-impl<'de> Visitor<'de> for Walk {
+impl<'de> Visitor<'de> for Walk<'_> {
     type Value = ();
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("plain YAML")
@@ -85,13 +117,13 @@ impl<'de> Visitor<'de> for Walk {
         Ok(())
     }
     fn visit_u128<E: Error>(self, value: u128) -> Result<(), E> {
-        Err(E::custom(format!("the number {value} is too large")))
+        self.fault(|| format!("the number {value} {TOO_LARGE}"))
     }
     fn visit_i128<E: Error>(self, value: i128) -> Result<(), E> {
-        Err(E::custom(format!("the number {value} is too large")))
+        self.fault(|| format!("the number {value} {TOO_LARGE}"))
     }
     fn visit_f64<E: Error>(self, value: f64) -> Result<(), E> {
-        if value.is_finite() { Ok(()) } else { Err(E::custom(NOT_FINITE)) }
+        if value.is_finite() { Ok(()) } else { self.fault(|| NOT_FINITE.to_owned()) }
     }
     fn visit_str<E: Error>(self, _: &str) -> Result<(), E> {
         Ok(())
@@ -107,7 +139,7 @@ impl<'de> Visitor<'de> for Walk {
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
         let deeper = self.deeper()?;
         let mut seen = BTreeSet::new();
-        while map.next_key_seed(Key { seen: &mut seen })?.is_some() {
+        while map.next_key_seed(Key { seen: &mut seen, passed: self.passed })?.is_some() {
             map.next_value_seed(deeper)?;
         }
         Ok(())
@@ -121,6 +153,18 @@ impl<'de> Visitor<'de> for Walk {
 /// Reads a key and refuses one seen before, at its own position.
 struct Key<'a> {
     seen: &'a mut BTreeSet<String>,
+    passed: &'a Cell<usize>,
+}
+
+/// Passes over a fault that is known, else fails with it.
+fn pass_or_fail<E: Error>(passed: &Cell<usize>, message: impl FnOnce() -> String) -> Result<(), E> {
+    match passed.get().checked_sub(1) {
+        Some(left) => {
+            passed.set(left);
+            Ok(())
+        }
+        None => Err(E::custom(message())),
+    }
 }
 
 impl<'de> DeserializeSeed<'de> for Key<'_> {
@@ -139,7 +183,7 @@ impl Visitor<'_> for Key<'_> {
         if self.seen.insert(key.to_owned()) {
             Ok(())
         } else {
-            Err(E::custom(format!("the key `{key}` is written twice")))
+            pass_or_fail(self.passed, || format!("the key `{key}` {TWICE}"))
         }
     }
 }

@@ -14,6 +14,7 @@
 //! ```
 
 use super::error::ScenarioError;
+use super::faults::FAULTS_MAX;
 use super::key_path::KeyPath;
 use super::{Edit, Scenario, ScenarioFile};
 use crate::map::MapSpec;
@@ -308,11 +309,20 @@ impl ScenarioFile {
             return Ok(vec![SweepPoint { values: Vec::new(), scenario, surroundings: 0, touched }]);
         }
         let mut reader = PointReader::new(self, scenario, edits)?;
-        let mut points = Vec::new();
+        let (mut points, mut errors): (Vec<SweepPoint>, Vec<ScenarioError>) = (Vec::new(), Vec::new());
         for settings in scenario.sweep.points() {
-            points.push(reader.read(settings)?);
+            match reader.read(settings) {
+                Ok(point) => points.push(point),
+                // What is wrong at every point is told once.
+                Err(error) => errors.extend(
+                    error.apart().filter(|new| !errors.iter().any(|known| known.repeats(new))).collect::<Vec<_>>(),
+                ),
+            }
+            if errors.len() >= FAULTS_MAX {
+                break;
+            }
         }
-        Ok(points)
+        ScenarioError::all(errors, &self.shown()).map(|()| points)
     }
 }
 

@@ -73,13 +73,57 @@ pub fn kind_schemas<P: JsonSchema>(generator: &mut SchemaGenerator, name: &str, 
     let described = || params.get("description")?.as_str()?.split("\n\n").next().map(|text| text.replace('\n', " "));
     let description = summary.map(str::to_owned).or_else(described).unwrap_or_default();
     let reference = generator.subschema_for::<P>();
+    let alone = params
+        .get(ALONE)
+        .and_then(|key| key.as_str())
+        .map(|key| json!({"type": "string", "description": format!("`{key}` alone.")}));
     if params.get("required").is_some() {
-        let with_params = json!({"description": description, "allOf": [reference]});
+        let with_params = match alone {
+            None => json!({"description": description, "allOf": [reference]}),
+            Some(alone) => json!({"description": description, "anyOf": [reference, alone]}),
+        };
         return vec![with_key(name, &with_params)];
     }
     let with_params = json!({"description": description, "anyOf": [reference, {"type": "null"}]});
     vec![json_schema!({"const": name, "description": description}), with_key(name, &with_params)]
 }
+
+/// Keyword of schemas of parameters: the parameter that may stand alone, as a text, in place of the block ([`or_text!`]).
+pub const ALONE: &str = "x-alone";
+
+/// Reads and writes parameters of which one, a text, may stand alone: `ros: site.yaml` is `ros: {file: site.yaml}`.
+///
+/// The type derives both traits with `#[serde(remote = "Self")]`, and its schema says `#[schemars(extend("x-alone" = "file"))]`.
+macro_rules! or_text {
+    ($Params:ident, $key:literal) => {
+        impl<'de> serde::Deserialize<'de> for $Params {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                struct Reader;
+                impl<'de> serde::de::Visitor<'de> for Reader {
+                    type Value = $Params;
+                    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                        f.write_str(concat!("a block of keys, or `", $key, "` alone"))
+                    }
+                    fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<$Params, E> {
+                        let keys = [($key, text)].into_iter();
+                        $Params::deserialize(serde::de::value::MapDeserializer::<_, E>::new(keys))
+                    }
+                    fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<$Params, A::Error> {
+                        $Params::deserialize(serde::de::value::MapAccessDeserializer::new(map))
+                    }
+                }
+                deserializer.deserialize_any(Reader)
+            }
+        }
+
+        impl serde::Serialize for $Params {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                $Params::serialize(self, serializer)
+            }
+        }
+    };
+}
+pub(crate) use or_text;
 
 /// The schema of `name: {parameters}`.
 fn with_key(name: &str, value: &serde_json::Value) -> Schema {

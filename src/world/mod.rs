@@ -43,7 +43,7 @@ pub use motion::{Irregular, Motion, Patrol, Replay, Sample};
 pub use obstacles::ObstaclesSpec;
 pub use obstacles::moving::{Mover, OnRobot, OnStatic, recording::Recording};
 pub use obstacles::unknown_static::UnknownStatic;
-pub use scene::{CellPlace, GoalSpec, Infeasible, RandomPlace, Scene, SceneError, SceneSpec, StartSpec};
+pub use scene::{CellPlace, GoalSpec, INSIDE_KNOWN, Infeasible, RandomPlace, Scene, SceneError, SceneSpec, StartSpec};
 pub use script::{Change, Event, ScriptEntry};
 pub use sense::{LidarSpec, LocalisationSpec, SensingSpec};
 pub use statics::StaticMap;

@@ -14,6 +14,7 @@ mod decisions;
 mod documents;
 mod drives;
 mod episodes;
+mod failures;
 mod files;
 mod fuzzy_sets;
 mod identity;

@@ -15,6 +15,7 @@ use crate::map::file::{Draft, FileFormat, Loaded, Unknown};
 use crate::map::kind::one_metre;
 use crate::map::{DRAWING_BYTES_MAX, Entry, Frame, MapError, MapKind, OccupancyGrid, SIDE_MAX};
 use crate::rng::EpisodeSeed;
+use crate::settings::choice::or_text;
 use crate::settings::quantity::{Finite, Positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, SeqAccess, Visitor};
@@ -26,12 +27,20 @@ use std::path::Path;
 /// Registry entry.
 pub const ENTRY: Entry = Entry {
     summary: "A map drawn in the scenario itself, one character a cell.",
-    files: &[FileFormat { extensions: &["txt"], name: None, has_frame: false, read: read_file, write: write_file }],
+    files: &[FileFormat {
+        extensions: &["txt"],
+        name: None,
+        has_frame: false,
+        in_scenarios: Some("a drawing stands in the scenario itself: `map: {ascii: {rows: …}}`"),
+        read: read_file,
+        write: Some(write_file),
+    }],
 };
 
 /// Parameters of a drawn map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, remote = "Self")]
+#[schemars(extend("x-alone" = "rows"))]
 pub struct Params {
     /// The drawing: a list of rows or one block of lines, all of one length, the first on top.
     pub rows: Drawing,
@@ -141,6 +150,8 @@ impl JsonSchema for Drawing {
         })
     }
 }
+
+or_text!(Params, "rows");
 
 impl MapKind for Params {
     fn load(&self, _folder: &Path, _seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {

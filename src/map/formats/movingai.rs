@@ -15,6 +15,7 @@ use crate::map::file::{Draft, FileFormat, Loaded, Unknown};
 use crate::map::kind::one_metre;
 use crate::map::{Cell, DRAWING_BYTES_MAX, Entry, MapError, MapKind, OccupancyGrid, SIDE_MAX};
 use crate::rng::EpisodeSeed;
+use crate::settings::choice::or_text;
 use crate::settings::quantity::{Positive, counted};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -28,14 +29,16 @@ pub const ENTRY: Entry = Entry {
         extensions: &["map"],
         name: Some("MovingAI"),
         has_frame: false,
+        in_scenarios: None,
         read: read_file,
-        write: write_file,
+        write: Some(write_file),
     }],
 };
 
 /// Parameters of a map read from a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, remote = "Self")]
+#[schemars(extend("x-alone" = "file"))]
 pub struct Params {
     /// The `.map` file, relative to the folder of the scenario file.
     #[schemars(example = "maps/hall.map")]
@@ -44,6 +47,8 @@ pub struct Params {
     #[serde(default = "one_metre")]
     pub resolution_m: Positive,
 }
+
+or_text!(Params, "file");
 
 impl MapKind for Params {
     fn load(&self, folder: &Path, _seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {

@@ -42,8 +42,9 @@ pub use writer::write;
 
 use crate::files;
 use crate::map::file::{Draft, FileFormat, Loaded, Unknown};
-use crate::map::{Entry, Frame, MapError, MapKind, OccupancyGrid};
+use crate::map::{Cell, Entry, Frame, MapError, MapKind, OccupancyGrid};
 use crate::rng::EpisodeSeed;
+use crate::settings::choice::or_text;
 use crate::settings::quantity::Positive;
 use header::Header;
 use pixels::decode;
@@ -59,29 +60,47 @@ pub const ENTRY: Entry = Entry {
             extensions: &["yaml", "yml"],
             name: Some("ROS"),
             has_frame: true,
+            in_scenarios: None,
             read: |file, _, unknown| Ok(RosMap::load(file)?.loaded(unknown)),
-            write: write_with_header,
+            write: Some(write_with_header),
         },
         FileFormat {
             extensions: &["png"],
             name: None,
             has_frame: false,
+            in_scenarios: BARE,
             read: read_image,
-            write: |grid, file| vec![Draft { file: file.into(), bytes: writer::png(grid) }],
+            write: Some(|grid, file| vec![Draft { file: file.into(), bytes: writer::png(grid) }]),
         },
         FileFormat {
             extensions: &["pgm"],
             name: None,
             has_frame: false,
+            in_scenarios: BARE,
             read: read_image,
-            write: |grid, file| vec![Draft { file: file.into(), bytes: writer::pgm(grid) }],
+            write: Some(|grid, file| vec![Draft { file: file.into(), bytes: writer::pgm(grid) }]),
         },
+        picture(&["bmp"]),
+        picture(&["ppm"]),
+        picture(&["pbm"]),
+        picture(&["pam"]),
     ],
 };
 
+/// An image that is read by its content, and not written.
+const fn picture(extensions: &'static [&'static str]) -> FileFormat {
+    FileFormat { extensions, name: None, has_frame: false, in_scenarios: BARE, read: read_image, write: None }
+}
+
+/// What to do with an image as the map of a scenario.
+const BARE: Option<&str> = Some(
+    "an image has no resolution and no origin: `simrun map convert IMAGE site.yaml --resolution-m 0.05` writes the header that has them",
+);
+
 /// Parameters of a ROS map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, remote = "Self")]
+#[schemars(extend("x-alone" = "file"))]
 pub struct Params {
     /// The YAML file, relative to the folder of the scenario file; it names its image.
     #[schemars(example = "maps/depot.yaml")]
@@ -90,6 +109,8 @@ pub struct Params {
     #[serde(default)]
     pub unknown: Unknown,
 }
+
+or_text!(Params, "file");
 
 impl MapKind for Params {
     fn load(&self, folder: &Path, _seed: EpisodeSeed) -> Result<OccupancyGrid, MapError> {
@@ -105,6 +126,11 @@ impl MapKind for Params {
         let image = header.and_then(|text| Some(Header::parse(&text).ok()?.0.image));
         let beside = self.file.parent().unwrap_or(Path::new(""));
         [Some(self.file.clone()), image.map(|image| beside.join(image))].into_iter().flatten().collect()
+    }
+
+    fn is_unknown(&self, folder: &Path, cell: Cell) -> bool {
+        let map = RosMap::load(&folder.join(&self.file));
+        map.is_ok_and(|map| map.grid(self.unknown).contains(cell) && map.occupancy_at(cell) == UNKNOWN)
     }
 
     fn notes(&self, folder: &Path) -> Vec<String> {
@@ -178,6 +204,11 @@ impl RosMap {
         &self.occupancy
     }
 
+    /// Occupancy of a cell of the map.
+    fn occupancy_at(&self, cell: Cell) -> i8 {
+        self.occupancy[cell.row as usize * self.cols + cell.col as usize]
+    }
+
     /// What its header says that was not used, and cells that may not be what was meant, in words.
     pub fn notes(&self) -> &[String] {
         &self.notes
@@ -220,7 +251,6 @@ const HEADER_BYTES_MAX: u64 = 1 << 16;
 mod tests {
     use super::*;
     use crate::geometry::{Pose, Vec2};
-    use crate::map::Cell;
     use crate::map::connectivity::Components;
     use crate::math::FRAC_PI_2;
     use image::{DynamicImage, GrayImage, ImageBuffer, ImageFormat, Luma, LumaA, Rgb, Rgba};

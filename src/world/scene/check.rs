@@ -73,6 +73,9 @@ pub(in crate::world) fn check_fits(
     }
 }
 
+/// What the message says of a place inside an obstacle of the known map.
+pub const INSIDE_KNOWN: &str = "lies inside a known obstacle";
+
 /// The place `p` (grid frame) in words, followed by `what`.
 pub(in crate::world) fn at(p: Vec2, map: &StaticMap, what: &str) -> String {
     let cell = map.grid.cell_at(p);

@@ -34,7 +34,7 @@ use crate::rng::EpisodeSeed;
 use crate::robot::Robot;
 use std::sync::Arc;
 
-pub use check::SceneError;
+pub use check::{INSIDE_KNOWN, SceneError};
 pub(super) use check::{at, check_fits, check_inside, check_range};
 pub(super) use digest::Digest;
 pub use free_space::FreeSpace;

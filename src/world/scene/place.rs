@@ -10,7 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::fmt;
 
-/// Start of the robot. Written `random`, `[x, y]`, `[x, y, theta]` or `cell: [col, row]`.
+/// Start of the robot. Written `random`, `[x, y]`, `[x, y, theta]`, `{x: …, y: …, heading_rad: …}` or `cell: [col, row]`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StartSpec {
     /// A random free cell centre; the heading points at the goal.
@@ -23,7 +23,7 @@ pub enum StartSpec {
     Cell(CellPlace),
 }
 
-/// Goal of the robot. Written `random`, `[x, y]`, `[x, y, theta]` or `cell: [col, row]`.
+/// Goal of the robot. Written `random`, `[x, y]`, `[x, y, theta]`, `{x: …, y: …, heading_rad: …}` or `cell: [col, row]`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GoalSpec {
     /// A random free cell centre.
@@ -120,6 +120,28 @@ impl GoalSpec {
 
 const NAMES: &[&str] = &["random", "cell"];
 
+/// Keys of a place that is written as a block: the numbers of the list, each by its name.
+const COORDINATES: &[&str] = &["x", "y", "heading_rad"];
+
+/// The place written as `{x: 1, y: 2}` or `{x: 1, y: 2, heading_rad: 0.5}`, of which the first key has been read.
+fn coordinates<'de, A: MapAccess<'de>>(first: String, mut map: A) -> Result<StartSpec, A::Error> {
+    let mut found = [None; 3];
+    let mut next = Some(first);
+    while let Some(key) = next {
+        let Some(index) = COORDINATES.iter().position(|known| *known == key) else {
+            return Err(A::Error::unknown_field(&key, COORDINATES));
+        };
+        found[index] = Some(map.next_value::<Finite>()?);
+        next = map.next_key()?;
+    }
+    match found {
+        [None, ..] => Err(A::Error::missing_field("x")),
+        [_, None, _] => Err(A::Error::missing_field("y")),
+        [Some(x), Some(y), None] => Ok(StartSpec::Position([x, y])),
+        [Some(x), Some(y), Some(heading)] => Ok(StartSpec::Pose([x, y, heading])),
+    }
+}
+
 /// Reads every spelling of a place.
 struct Reader {
     what: &'static str,
@@ -129,7 +151,7 @@ impl<'de> Visitor<'de> for Reader {
     type Value = StartSpec;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a {}: `random`, [x, y], [x, y, theta] or `cell: [col, row]`", self.what)
+        write!(f, "a {}: `random`, [x, y], [x, y, theta], `{{x: …, y: …}}` or `cell: [col, row]`", self.what)
     }
 
     fn visit_str<E: Error>(self, name: &str) -> Result<StartSpec, E> {
@@ -143,6 +165,9 @@ impl<'de> Visitor<'de> for Reader {
         let Some(name) = map.next_key::<String>()? else {
             return Err(A::Error::invalid_length(0, &self));
         };
+        if COORDINATES.contains(&name.as_str()) {
+            return coordinates(name, map);
+        }
         let place = match name.as_str() {
             "random" => StartSpec::Random(crate::settings::choice::value(&mut map)?),
             "cell" => StartSpec::Cell(map.next_value()?),
@@ -231,6 +256,16 @@ fn schema(generator: &mut SchemaGenerator, description: &str) -> Schema {
             },
             {
                 "type": "object",
+                "properties": {
+                    "x": {"type": "number", "description": "x in the world frame, m."},
+                    "y": {"type": "number", "description": "y in the world frame, m."},
+                    "heading_rad": {"type": "number", "description": "The heading theta, rad; it may be left out."},
+                },
+                "required": ["x", "y"],
+                "additionalProperties": false,
+            },
+            {
+                "type": "object",
                 "properties": {"cell": generator.subschema_for::<CellPlace>()},
                 "required": ["cell"],
                 "additionalProperties": false,
@@ -244,7 +279,10 @@ impl JsonSchema for StartSpec {
         "StartSpec".into()
     }
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        schema(generator, "Where the robot starts: `random`, [x, y], [x, y, theta] or `cell: [col, row]`.")
+        schema(
+            generator,
+            "Where the robot starts: `random`, [x, y], [x, y, theta], {x: …, y: …} or `cell: [col, row]`.",
+        )
     }
 }
 
@@ -253,7 +291,10 @@ impl JsonSchema for GoalSpec {
         "GoalSpec".into()
     }
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        schema(generator, "Where the robot is to go: `random`, [x, y], [x, y, theta] or `cell: [col, row]`.")
+        schema(
+            generator,
+            "Where the robot is to go: `random`, [x, y], [x, y, theta], {x: …, y: …} or `cell: [col, row]`.",
+        )
     }
 }
 
@@ -269,6 +310,11 @@ mod tests {
             assert_eq!(serde_yaml::from_str::<StartSpec>(&written).unwrap(), start, "{text}: {written}");
         }
         assert_eq!(serde_yaml::from_str::<StartSpec>("random:").unwrap(), StartSpec::default());
+        for (keys, list) in [("{x: 1, y: -2}", "[1, -2]"), ("{heading_rad: 0.5, y: -2, x: 1}", "[1, -2, 0.5]")] {
+            let [keys, list] = [keys, list].map(|text| serde_yaml::from_str::<StartSpec>(text).unwrap());
+            assert_eq!(keys, list);
+        }
+        assert!(matches!(serde_yaml::from_str("{x: 1, y: 2, heading_rad: 3}"), Ok(GoalSpec::Pose(_))));
         assert!(matches!(serde_yaml::from_str("[1, 2]"), Ok(GoalSpec::Position(_))));
         assert!(matches!(serde_yaml::from_str("[1, 2, 3]"), Ok(GoalSpec::Pose(_))));
     }
@@ -276,7 +322,11 @@ mod tests {
     #[test]
     fn a_wrong_place_says_what_is_expected() {
         for (text, part) in [
-            ("[1]", "a start: `random`, [x, y], [x, y, theta] or `cell: [col, row]`"),
+            ("[1]", "a start: `random`, [x, y], [x, y, theta], `{x: …, y: …}` or `cell: [col, row]`"),
+            ("{x: 1}", "missing field `y`"),
+            ("{y: 1, heading_rad: 2}", "missing field `x`"),
+            ("{x: 1, y: 2, z: 3}", "unknown field `z`, expected one of `x`, `y`, `heading_rad`"),
+            ("{x: 1, cell: [1, 2]}", "unknown field `cell`"),
             ("[1, 2, 3, 4]", "invalid length 4"),
             ("randon", "did you mean `random`?"),
             ("[1, .nan]", "a finite number"),
@@ -286,6 +336,9 @@ mod tests {
             assert!(error.contains(part), "{text}: {error}");
         }
         let error = serde_yaml::from_str::<GoalSpec>("[1, 2, 3, 4]").unwrap_err().to_string();
-        assert!(error.contains("a goal: `random`, [x, y], [x, y, theta] or `cell: [col, row]`"), "{error}");
+        assert!(
+            error.contains("a goal: `random`, [x, y], [x, y, theta], `{x: …, y: …}` or `cell: [col, row]`"),
+            "{error}"
+        );
     }
 }

@@ -42,24 +42,33 @@ impl SceneSpec {
     /// # Errors
     /// The first impossible part in file order: start, goal, unknown statics, movers, script.
     pub fn check(&self, map: &StaticMap, robot: &Robot) -> Result<(), SceneError> {
+        self.faults(map, robot).into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// Every impossible part, in the order of [`Self::check`]; of each entry of a list the first.
+    pub fn faults(&self, map: &StaticMap, robot: &Robot) -> Vec<SceneError> {
         let unknown = self.obstacles.given_statics(&map.grid);
         let statics = Statics { map, unknown: &unknown };
+        let mut faults = Vec::new();
         let start = self.start.given(&map.grid);
         if let Some((position, theta)) = start {
-            check_fits("start", position, theta, robot, &statics)?;
+            faults.extend(check_fits("start", position, theta, robot, &statics).err());
         }
         if let Some(goal) = self.goal.given(&map.grid) {
-            check_fits("goal", goal, None, robot, &statics)?;
+            faults.extend(check_fits("goal", goal, None, robot, &statics).err());
         }
         for (entry, choice) in self.obstacles.unknown_static.iter().enumerate() {
-            choice.kind().check(&format!("obstacles.unknown_static[{entry}].{}", choice.name()), map)?;
+            let key = format!("obstacles.unknown_static[{entry}].{}", choice.name());
+            faults.extend(choice.kind().check(&key, map).err());
         }
         let given = moving::Given { statics, robot, start: start.map(|(position, _)| position) };
         for (entry, choice) in self.obstacles.moving.iter().enumerate() {
-            choice.kind().check(&format!("obstacles.moving[{entry}].{}", choice.name()), &given)?;
+            let key = format!("obstacles.moving[{entry}].{}", choice.name());
+            faults.extend(choice.kind().check(&key, &given).err());
         }
         let movers = self.obstacles.movers();
         let given = script::Given { known: Statics { map, unknown: &[] }, robot, movers: &movers };
-        self.script.iter().enumerate().try_for_each(|(number, entry)| entry.check(number, &given))
+        faults.extend(self.script.iter().enumerate().filter_map(|(number, entry)| entry.check(number, &given).err()));
+        faults
     }
 }
