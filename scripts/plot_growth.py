@@ -5,9 +5,9 @@
 # ///
 """Plots how simrun's cost grows, from the tables that the benches and scripts/time_threads.py write.
 
-    cargo run --release -p simrun-benches -- --csv docs/performance/benches.csv
-    scripts/time_threads.py --csv docs/performance/threads.csv
-    uv run scripts/plot_growth.py docs/performance -o docs/performance/growth.svg
+    cargo run --release -p simrun-benches -- --csv docs/book/src/performance/benches.csv
+    scripts/time_threads.py --csv docs/book/src/performance/threads.csv
+    uv run scripts/plot_growth.py docs/book/src/performance -o docs/book/src/performance/growth.svg
 """
 
 import argparse

@@ -25,7 +25,7 @@
 //! **Determinism.** The same scenario, seed and build give the same bytes for any number of threads, in debug and release: named random
 //! streams ([`rng`]), portable transcendental functions ([`math`]), no wall clock ([`clock`] feeds `timings.csv` alone), specified ties.
 //!
-//! **Papers.** What a planner's documentation cites as G-A11, §7.4 or `systems.md` stands in `docs/papers/systems.md`: each formula of
+//! **Papers.** What a planner's documentation cites as G-A11, §7.4 or `systems.md` stands in `docs/book/src/papers/systems.md`: each formula of
 //! the papers, what is unclear in it, and how simrun reads it.
 //!
 //! A world built in code, driven by planners of the registry:

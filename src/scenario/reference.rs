@@ -40,11 +40,27 @@ pub fn parameters(path: &str) -> Result<String, String> {
     Ok(text)
 }
 
+/// The keys below `path` as a table in Markdown, and an example in YAML: the parameters on the page of a planner.
+///
+/// # Errors
+/// If the key is unknown; the message names the nearest one.
+pub fn section(path: &str) -> Result<String, String> {
+    let key = Key::find(path)?;
+    let mut text = String::new();
+    if key.inner().is_empty() {
+        text.push_str("None.\n\n");
+    } else {
+        key.write_table(&mut text, Page::Planner);
+    }
+    key.write_example(&mut text);
+    Ok(text)
+}
+
 /// The whole reference as a page of Markdown: `docs/book/src/scenario.md`.
 pub fn page() -> String {
     let top = Key { path: KeyPath::default(), place: Place::top(Scenario::schema()), required: false, is_kind: false };
     let mut text = String::from(HEAD);
-    top.write_table(&mut text);
+    top.write_table(&mut text, Page::Scenario);
     for key in top.inner() {
         key.write_section(&mut text, 2);
     }
@@ -62,6 +78,9 @@ of the map. A choice is written `name` or `name: {parameters}`. A default of *no
 meaning says what then holds. `map` and `stacks` are the only keys that a scenario must have.
 
 ";
+
+/// Choices whose kinds are pages of their own in the guide, `planners/NAME.md`.
+const WITH_PAGES: [&str; 3] = ["stacks.global", "stacks.path", "stacks.local"];
 
 /// A key of the scenario, or the top.
 struct Key {
@@ -269,12 +288,12 @@ impl Key {
         json!({ *first: value })
     }
 
-    fn write_table(&self, text: &mut String) {
+    fn write_table(&self, text: &mut String, page: Page) {
         text.push_str("| key | unit | type | default | values | meaning |\n|---|---|---|---|---|---|\n");
         for key in self.inner() {
             let name = match key.home() {
                 _ if key.keys().is_empty() => format!("`{}`", key.name()),
-                home => format!("[`{}`](#{})", key.name(), anchor(&home)),
+                home => format!("[`{}`]({})", key.name(), page.link(&home)),
             };
             let names: Vec<String> = match key.keys().is_empty() {
                 true => key.allowed().iter().map(|(name, _)| format!("`{name}`")).collect(),
@@ -333,34 +352,65 @@ impl Key {
             return;
         }
         let _ = writeln!(text, "{} `{}`\n\n{}\n", "#".repeat(level.min(4)), self.path, self.meaning());
+        let has_pages = WITH_PAGES.contains(&self.path.to_string().as_str());
+        let page = Page::Scenario;
         if self.is_choice() {
             let _ = writeln!(text, "One of ({}):\n\n| choice | what it is |\n|---|---|", self.type_text());
             for (name, meaning) in self.allowed() {
                 let inner = self.child(&name).filter(|key| !key.keys().is_empty());
                 let name = match inner {
-                    Some(key) => format!("[`{name}`](#{})", anchor(&key.home())),
+                    // No global planner is no planner.
+                    _ if has_pages && name != "none" => {
+                        format!("[`{name}`]({})", page.link(&self.path.clone().key(&name)))
+                    }
+                    Some(key) => format!("[`{name}`]({})", page.link(&key.home())),
                     None => format!("`{name}`"),
                 };
                 let _ = writeln!(text, "| {name} | {} |", meaning.replace('|', "\\|"));
             }
             text.push('\n');
         } else {
-            self.write_table(text);
+            self.write_table(text, Page::Scenario);
             if let Some(place) = any_key(&self.place).filter(|place| !place.keys().is_empty()) {
                 text.push_str("The values of a key may be a list, or a block:\n\n");
-                Self { path: self.path.clone(), place, required: false, is_kind: false }.write_table(text);
+                Self { path: self.path.clone(), place, required: false, is_kind: false }
+                    .write_table(text, Page::Scenario);
             }
         }
-        let _ = writeln!(text, "```yaml\n{}```\n", yaml(&self.example_tree(true)));
-        for key in self.inner() {
+        self.write_example(text);
+        for key in self.inner().iter().filter(|_| !has_pages) {
             key.write_section(text, level + 1);
         }
     }
+
+    fn write_example(&self, text: &mut String) {
+        let _ = writeln!(text, "```yaml\n{}```\n", yaml(&self.example_tree(true)));
+    }
 }
 
-/// The anchor that Markdown makes of a heading that holds a key path.
-fn anchor(path: &KeyPath) -> String {
-    path.to_string().replace('.', "")
+/// The page of the guide that a table is written for.
+#[derive(Clone, Copy)]
+enum Page {
+    /// `scenario.md`.
+    Scenario,
+    /// `planners/NAME.md`.
+    Planner,
+}
+
+impl Page {
+    /// The link to the place that describes the keys below `path`.
+    fn link(self, path: &KeyPath) -> String {
+        let path = path.to_string();
+        let planner = path.rsplit_once('.').filter(|(choice, _)| WITH_PAGES.contains(choice)).map(|(_, name)| name);
+        // The anchor that Markdown makes of a heading that holds a key path.
+        let anchor = path.replace('.', "");
+        match (self, planner) {
+            (Self::Scenario, Some(name)) => format!("planners/{name}.md"),
+            (Self::Scenario, None) => format!("#{anchor}"),
+            (Self::Planner, Some(name)) => format!("{name}.md"),
+            (Self::Planner, None) => format!("../scenario.md#{anchor}"),
+        }
+    }
 }
 
 /// The first of a form's types.

@@ -1,64 +1,56 @@
 //! Checks that the files and names that the documents mention exist.
 
 use super::support::{files, is_blessing, root, simrun};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The tables of the README that come from the code, between their marks.
-fn generated_tables() -> [(&'static str, String); 2] {
-    use simrun::plan::{global::GlobalChoice, local::LocalChoice, path::PathChoice};
-    let registries = [
-        ("global", GlobalChoice::NAMES, GlobalChoice::ENTRIES),
-        ("path", PathChoice::NAMES, PathChoice::ENTRIES),
-        ("local", LocalChoice::NAMES, LocalChoice::ENTRIES),
-    ];
-    let mut planners = String::from("| | planner | what | source |\n|---|---|---|---|\n");
-    for (kind, names, entries) in registries {
-        for (name, entry) in names.iter().zip(entries) {
-            planners += &format!("| {kind} | `{name}` | {} | {} |\n", entry.summary, entry.source);
-        }
-    }
-    [("columns", simrun::results::columns()), ("planners", planners)]
+/// The blocks of a page that open with this line, without their fences.
+fn blocks<'a>(page: &'a str, opening: &str) -> Vec<&'a str> {
+    let opening = format!("```{opening}\n");
+    page.split(opening.as_str()).skip(1).map(|rest| rest.split("```").next().unwrap()).collect()
 }
 
 #[test]
-fn the_tables_of_the_readme_are_those_of_the_code() {
-    let path = root().join("README.md");
-    let mut text = fs::read_to_string(&path).unwrap();
-    for (name, table) in generated_tables() {
-        let (open, close) = (format!("<!-- {name} -->\n"), format!("<!-- /{name} -->"));
-        let from = text.find(&open).unwrap() + open.len();
-        let to = text.find(&close).unwrap();
-        if is_blessing() {
-            text.replace_range(from..to, &table);
-        } else {
-            assert_eq!(
-                &text[from..to],
-                table,
-                "SIMRUN_BLESS=1 cargo test --release --test it documents:: writes it anew"
-            );
+fn scenarios_that_the_guide_shows_are_valid() {
+    let mut count = 0;
+    for page in files(&guide(), "md") {
+        let text = fs::read_to_string(&page).unwrap();
+        // A block `yaml file=NAME` is a whole scenario, which the commands of the page run.
+        for (at, opening) in text.match_indices("```yaml file=") {
+            let (name, rest) = text[at + opening.len()..].split_once('\n').unwrap();
+            // Files of the map that it names are beside it when the page's commands run.
+            let yaml = rest.split("```").next().unwrap();
+            if !yaml.contains("stacks:") || yaml.contains("file:") {
+                continue;
+            }
+            let file = simrun::scenario::ScenarioFile::from_text(name, yaml);
+            let scenario = file.read(&[]).unwrap_or_else(|error| panic!("{}: {error}", page.display()));
+            file.check(&scenario, &[]).unwrap_or_else(|error| panic!("{}: {error}", page.display()));
+            count += 1;
         }
     }
-    if is_blessing() {
-        fs::write(&path, text).unwrap();
-    }
+    assert!(count >= 3, "only {count} scenarios: does the test still look in the right places?");
+}
+
+/// `scripts/book commands` compares the page's table with what the program prints.
+#[test]
+fn the_table_of_the_readme_is_that_of_the_guide() {
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    let page = fs::read_to_string(guide().join("first-table.md")).unwrap();
+    assert!(page.contains(blocks(&readme, "text")[0]));
 }
 
 #[test]
-fn the_scenario_that_the_readme_shows_is_valid() {
-    let text = fs::read_to_string(root().join("README.md")).unwrap();
-    let yaml = text.split("```yaml\n").nth(1).unwrap().split("```").next().unwrap();
-    let file = simrun::scenario::ScenarioFile::from_text("readme.yaml", yaml);
-    let scenario = file.read(&[]).unwrap_or_else(|error| panic!("{error}"));
-    file.check(&scenario, &[]).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(scenario.stacks().len(), 8);
+fn the_readme_is_short() {
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    assert!(readme.lines().count() < 150);
 }
 
 #[test]
 fn the_pictures_of_the_papers_are_those_of_the_commands_on_their_pages() {
     for paper in ["qin2026", "zhu2025", "zhao2025", "hu2024"] {
-        let folder = root().join("docs/papers");
+        let folder = root().join("docs/book/src/papers");
         let page = fs::read_to_string(folder.join(format!("{paper}.md"))).unwrap();
         let command = page.split("`simrun draw ").nth(1).unwrap().split('`').next().unwrap();
         let arguments = command.split_whitespace().chain(["-o", "-"]);
@@ -74,10 +66,15 @@ fn the_pictures_of_the_papers_are_those_of_the_commands_on_their_pages() {
     for (paper, marked, plain) in
         [("qin2026", ["avoid", "retreat"], "follow"), ("hu2024", ["brake", "follow"], "track")]
     {
-        let picture = fs::read_to_string(root().join(format!("docs/papers/{paper}.svg"))).unwrap();
+        let picture = fs::read_to_string(root().join(format!("docs/book/src/papers/{paper}.svg"))).unwrap();
         let is_marked = |state: &str| picture.contains(&format!(">{state}</text>"));
         assert!(marked.into_iter().all(is_marked) && !is_marked(plain), "{paper}");
     }
+}
+
+/// The folder of the guide's pages.
+fn guide() -> PathBuf {
+    root().join("docs/book/src")
 }
 
 /// The documents of the repository, results of runs left out.
@@ -93,6 +90,7 @@ fn documents() -> Vec<PathBuf> {
             found.push(path);
         }
     }
+    found.push(root().join("llms.txt"));
     found.sort();
     found
 }
@@ -111,23 +109,82 @@ fn named_paths(text: &str) -> Vec<String> {
     paths
 }
 
-/// The targets of links to files, which are relative to the document.
-fn linked_paths(text: &str) -> Vec<String> {
+/// The lines of a document outside of its blocks of code.
+fn prose(text: &str) -> String {
+    let mut inside = false;
+    let lines = text.lines().filter(|line| {
+        let is_fence = line.trim_start().starts_with("```");
+        inside ^= is_fence;
+        !inside && !is_fence
+    });
+    lines.fold(String::new(), |text, line| text + line + "\n")
+}
+
+/// The targets of links within the repository: a path relative to the document, and behind `#` a heading.
+fn links(text: &str) -> Vec<(String, Option<String>)> {
+    let text = prose(text);
     let targets = text.match_indices("](").map(|(at, found)| &text[at + found.len()..]);
     let targets = targets.filter_map(|rest| rest.split_once(')')).map(|(target, _)| target);
-    let targets = targets.filter_map(|target| target.split('#').next());
-    targets.filter(|target| !target.is_empty() && !target.contains("://")).map(str::to_owned).collect()
+    let targets = targets.filter(|target| !target.contains("://") && !target.contains(char::is_whitespace));
+    let parts = targets.map(|target| target.split_once('#').map_or((target, None), |(path, at)| (path, Some(at))));
+    parts.map(|(path, at)| (path.to_owned(), at.map(str::to_owned))).collect()
+}
+
+/// The paths of those links.
+fn linked_paths(text: &str) -> Vec<String> {
+    links(text).into_iter().map(|(path, _)| path).filter(|path| !path.is_empty()).collect()
+}
+
+/// The anchors of a document's headings, as GitHub and mdBook make them.
+fn anchors(text: &str) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for line in prose(text).lines().filter(|line| line.starts_with('#')) {
+        let heading = line.trim_start_matches('#').trim().to_lowercase();
+        let name: String = heading
+            .chars()
+            .filter(|c| c.is_alphanumeric() || " _-".contains(*c))
+            .map(|c| if c == ' ' { '-' } else { c })
+            .collect();
+        // The second of equal headings is called NAME-1.
+        let numbered = (1..).map(|n| format!("{name}-{n}"));
+        let free = std::iter::once(name.clone()).chain(numbered).find(|name| !found.contains(name));
+        found.extend(free);
+    }
+    found
+}
+
+/// Pictures that `scripts/book` draws when it builds the guide, by the command on the line below each.
+fn drawn_pictures(text: &str) -> Vec<(String, String)> {
+    let lines: Vec<&str> = text.lines().filter(|line| !line.is_empty()).collect();
+    let mut found = Vec::new();
+    for pair in lines.windows(2) {
+        let Some(target) = linked_paths(pair[0]).into_iter().find(|target| is_drawn(target)) else { continue };
+        let command =
+            pair[1].strip_prefix("`simrun ").and_then(|rest| rest.split_once('`')).map(|(command, _)| command);
+        found.push((target, command.unwrap_or_default().to_owned()));
+    }
+    found
+}
+
+fn is_drawn(target: &str) -> bool {
+    target.trim_start_matches("../").starts_with("pictures/")
 }
 
 /// The paths that a document names and that are not in the repository.
 fn missing(document: &Path, text: &str) -> Vec<String> {
     // Written by the reader's own runs and files; patterns and alternatives stand for several files.
     let is_ours = |path: &String| {
-        !(path.contains("my_planner") || path.contains('*') || path.contains('{') || path.ends_with("episodes.csv"))
+        !(path.contains("my_planner")
+            || path.ends_with("local/turn_and_drive.rs")
+            || path.contains('*')
+            || path.contains('{')
+            || path.ends_with("episodes.csv"))
     };
     let named = named_paths(text).into_iter().filter(is_ours).map(|path| (root().join(&path), path));
     let folder = document.parent().unwrap();
-    let linked = linked_paths(text).into_iter().map(|path| (folder.join(&path), path));
+    let is_of_guide = document.starts_with(guide());
+    let linked = linked_paths(text).into_iter().filter(|path| !(is_of_guide && is_drawn(path)));
+    let linked = linked.map(|path| (folder.join(&path), path));
     named.chain(linked).filter(|(file, _)| !file.exists()).map(|(_, path)| path).collect()
 }
 
@@ -146,8 +203,65 @@ fn every_path_that_a_document_names_exists() {
 }
 
 #[test]
+fn every_heading_that_a_link_names_exists() {
+    let (mut count, mut broken) = (0, Vec::new());
+    for document in documents() {
+        let text = fs::read_to_string(&document).unwrap();
+        for (path, heading) in links(&text) {
+            let Some(heading) = heading else { continue };
+            let target = if path.is_empty() { document.clone() } else { document.parent().unwrap().join(&path) };
+            let known = fs::read_to_string(&target).map(|text| anchors(&text)).unwrap_or_default();
+            if !known.contains(&heading) {
+                broken.push(format!("{} links to {path}#{heading}", document.strip_prefix(root()).unwrap().display()));
+            }
+            count += 1;
+        }
+    }
+    assert!(broken.is_empty(), "which do not exist:\n{}", broken.join("\n"));
+    assert!(count > 50, "the test found only {count} links to headings");
+}
+
+#[test]
+fn headings_have_the_anchors_of_github() {
+    let text = "# A `path.to_key`, and more\n```sh\n# a comment\n```\n## Same\n## Same\n";
+    let expected: BTreeSet<String> = ["a-pathto_key-and-more", "same", "same-1"].map(str::to_owned).into();
+    assert_eq!(anchors(text), expected);
+}
+
+/// A link out of the folder of the guide's pages is dead in the built book.
+#[test]
+fn pages_of_the_guide_link_to_pages_of_the_guide() {
+    for page in files(&guide(), "md") {
+        let text = fs::read_to_string(&page).unwrap();
+        let depth = page.parent().unwrap().strip_prefix(guide()).unwrap().components().count();
+        for path in linked_paths(&text) {
+            let up = path.matches("../").count();
+            assert!(up <= depth, "{} links to {path}, which is no part of the guide", page.display());
+        }
+    }
+}
+
+#[test]
+fn every_picture_that_is_drawn_for_the_guide_stands_above_its_command() {
+    let mut count = 0;
+    for page in files(&guide(), "md") {
+        let text = fs::read_to_string(&page).unwrap();
+        let drawn = drawn_pictures(&text);
+        assert_eq!(drawn.len(), linked_paths(&text).iter().filter(|path| is_drawn(path)).count(), "{}", page.display());
+        for (picture, command) in drawn {
+            let file = command.split(' ').find(|word| word.ends_with(".yaml"));
+            let exists =
+                file.is_some_and(|file| root().join(file).exists() || text.contains(&format!("```yaml file={file}\n")));
+            assert!(exists, "{}: `{command}` below {picture} draws no scenario that is here", page.display());
+            count += 1;
+        }
+    }
+    assert!(count > 40, "only {count} pictures: does the test still look in the right places?");
+}
+
+#[test]
 fn a_path_that_does_not_exist_is_found() {
-    let document = root().join("docs/planning.md");
+    let document = root().join("docs/book/src/planning.md");
     let text = "`src/lib.rs`, [a page](performance.md#speed), (docs/nowhere.md), `tests/nowhere.rs`: see [b](nowhere.csv) \
                 and [c](https://example.com/docs/x.md).";
     assert_eq!(missing(&document, text), ["docs/nowhere.md", "tests/nowhere.rs", "nowhere.csv"]);
@@ -182,8 +296,8 @@ fn every_test_target_that_a_document_names_exists() {
 
 #[test]
 fn the_keys_on_the_page_of_changes_bring_back_the_drives_of_version_0_1() {
-    let page = fs::read_to_string(root().join("docs/changes-0.2.md")).unwrap();
-    let block = page.split("```text\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let page = fs::read_to_string(root().join("docs/book/src/changes-0.2.md")).unwrap();
+    let block = blocks(&page, "text")[0];
     let scratch = tempfile::tempdir().unwrap();
     fs::write(scratch.path().join("as_0_1.yaml"), block).unwrap();
     let out = simrun(scratch.path()).args(["as_0_1.yaml", "--quiet", "--out", "out"]).ends_with(0);

@@ -136,7 +136,7 @@ fn step(weight: f64) -> usize {
 
 #[test]
 fn the_picture_of_the_fuzzy_controller_is_that_of_the_code() {
-    let path = root().join("docs/papers/zhu2025_sets.svg");
+    let path = root().join("docs/book/src/papers/zhu2025_sets.svg");
     let picture = picture();
     if is_blessing() {
         std::fs::write(path, picture).unwrap();

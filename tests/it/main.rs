@@ -5,6 +5,7 @@
 mod analyze;
 mod avoidable;
 mod bad_scenarios;
+mod book;
 mod cli;
 mod conditions;
 mod conformance;

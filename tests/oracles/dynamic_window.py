@@ -1,6 +1,6 @@
 """The dynamic window approach as the five papers share it: window, rollouts, clearances, admissibility, normalised terms, the choice.
 
-Written from the papers and docs/papers/systems.md §1.4; the papers' own planners build upon it. It shares no code with simrun. The standard
+Written from the papers and docs/book/src/papers/systems.md §1.4; the papers' own planners build upon it. It shares no code with simrun. The standard
 library is enough.
 """
 

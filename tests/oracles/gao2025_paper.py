@@ -1,7 +1,7 @@
 """Local planners DWA and ImpDWA of gao2025, written from the paper.
 
 Gao, Zhang, Liu, Ou, Cheng, Zhu, AIMS Press, 2025, section 2.3 (eq. 19 to 27). Where the paper leaves something open, this
-program follows docs/papers/systems.md (the ids G-A..). It shares no code with simrun. The standard library is enough.
+program follows docs/book/src/papers/systems.md (the ids G-A..). It shares no code with simrun. The standard library is enough.
 """
 
 import math

@@ -1,7 +1,7 @@
 """Local planner of hu2024, a dynamic window that waits for movers or follows them and keeps to the path, written from the paper.
 
 Hu, Wang, Zhang, Engineering Letters 32(3), 2024, section III (eq. 14 to 18). Where the paper leaves something open, this program follows
-docs/papers/systems.md, section 6 (the ids H-A..), whose order of things within a tick it keeps. It shares no code with simrun. The
+docs/book/src/papers/systems.md, section 6 (the ids H-A..), whose order of things within a tick it keeps. It shares no code with simrun. The
 standard library is enough.
 """
 

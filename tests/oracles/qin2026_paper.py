@@ -1,7 +1,7 @@
 """Local planner PDWA of qin2026, a dynamic window that regions along the path trigger, written from the paper.
 
 Qin, Gao, Lu, Computers, Materials & Continua 87(1), 86, 2026, sections 4.3, 4.4 and 4.6 (eq. 10 to 23). The paper's algorithm 2 is an image; its
-resolution, tick by tick, is that of docs/papers/systems.md, section 3 (the ids Q-A..). It shares no code with simrun. The standard
+resolution, tick by tick, is that of docs/book/src/papers/systems.md, section 3 (the ids Q-A..). It shares no code with simrun. The standard
 library is enough.
 """
 

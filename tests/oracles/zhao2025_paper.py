@@ -1,7 +1,7 @@
 """Local planner of zhao2025, a dynamic window with a term for the velocity of a moving obstacle, written from the paper.
 
 Zhao, Xie, Xu, Zhu, Xu, 2025, sections 2.5 and 2.6 (eq. 8 to 17). The paper has no formula for `barr`; its resolution, tick by tick, is that of
-docs/papers/systems.md, section 5 (the ids Z-A..). It shares no code with simrun. The standard library is enough.
+docs/book/src/papers/systems.md, section 5 (the ids Z-A..). It shares no code with simrun. The standard library is enough.
 """
 
 import math

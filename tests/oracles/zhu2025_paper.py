@@ -1,7 +1,7 @@
 """Local planner of zhu2025, a dynamic window with a fuzzy controller for its weights, written from the paper.
 
 Zhu, Tu, Shen, Yin, Zhang, Zhao, Chen, 2025, eq. 11 to 17 and table 1. Where the paper leaves something open, this program follows
-docs/papers/systems.md (the ids U-A..). It shares no code with simrun. The standard library is enough.
+docs/book/src/papers/systems.md (the ids U-A..). It shares no code with simrun. The standard library is enough.
 """
 
 import math

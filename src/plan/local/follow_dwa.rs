@@ -17,7 +17,7 @@
 //! recover nothing is admissible
 //! ```
 //!
-//! The rules tick by tick are in `docs/papers/systems.md` §6(a); `tests/oracles/hu2024_follow_dwa.py` is written from them alone. heading and vel
+//! The rules tick by tick are in `docs/book/src/papers/systems.md` §6(a); `tests/oracles/hu2024_follow_dwa.py` is written from them alone. heading and vel
 //! are those of [`dwa`](super::dwa), window, rollouts and ties those of [`window`](super::window).
 //!
 //! That is `normalise: sum`, which the paper's scenarios state. By default (`fixed`) the objective is the one that it shares with `dwa`

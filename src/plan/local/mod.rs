@@ -61,6 +61,11 @@ fn turn_in_place(bearing: f64, robot: &Robot, dt_s: f64) -> f64 {
     if bearing < 0.0 { -rate } else { rate }
 }
 
+/// The planner that the guide writes step by step.
+#[cfg(test)]
+#[path = "../../../docs/book/code/turn_and_drive.rs"]
+mod turn_and_drive;
+
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
@@ -193,5 +198,11 @@ pub(crate) mod tests {
             }
             nearest - self.robot.radius_m
         }
+    }
+
+    #[test]
+    fn the_planner_of_the_guide_is_one_as_the_registry_wants_them() {
+        let params: turn_and_drive::Params = serde_yaml::from_str("gain_hz: 2").unwrap();
+        assert_eq!(params.build().entry().summary, turn_and_drive::ENTRY.summary);
     }
 }

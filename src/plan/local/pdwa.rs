@@ -14,7 +14,7 @@
 //! wait      there, or where it cannot go on backwards: standing, until nothing has been in the way for `calm_s`, at most `wait_s`
 //! ```
 //!
-//! The rules tick by tick are in `docs/papers/systems.md` §3(a); `tests/oracles/qin2026_pdwa.py` is written from them alone. The regions are in
+//! The rules tick by tick are in `docs/book/src/papers/systems.md` §3(a); `tests/oracles/qin2026_pdwa.py` is written from them alone. The regions are in
 //! `regions`, what counts as a conflict in `conflict`, the way back in `retreat`.
 //!
 //! Readings of the paper (ids of `systems.md`):
