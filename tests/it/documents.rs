@@ -103,7 +103,10 @@ fn named_paths(text: &str) -> Vec<String> {
         let rest = &text[at + 1..];
         if starts.iter().any(|start| rest.starts_with(start)) {
             let end = rest.find(|c: char| !(c.is_alphanumeric() || "/_.-*{}".contains(c))).unwrap_or(rest.len());
-            paths.push(rest[..end].trim_end_matches('.').to_owned());
+            let path = rest[..end].trim_end_matches('.');
+            // The end of a block in braces that opened before the path.
+            let path = if path.contains('{') { path } else { path.trim_end_matches('}') };
+            paths.push(path.to_owned());
         }
     }
     paths
