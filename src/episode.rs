@@ -6,12 +6,12 @@ use crate::clock::Stopwatch;
 use crate::geometry::{Pose, Twist, Vec2};
 use crate::math;
 use crate::observation::{Belief, SensedObstacle};
-use crate::plan::contract::{Arrival, Decision, Failure, Randomness, Situation, StateKind};
+use crate::plan::contract::{Arrival, Decision, Failure, Randomness, Situation, State, StateKind};
 use crate::plan::stack::Stack;
 use crate::robot::Robot;
 use crate::settings::quantity::{NonNegative, Positive};
 use crate::trace::{Detail, MoverState, PlannedPath, Tick, Trace, to_nanosecond};
-use crate::world::{Conditions, Contact, Scene, World};
+use crate::world::{Conditions, Contact, Scene, SensingSpec, World};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -146,6 +146,10 @@ pub struct Recording {
     pub robot: Robot,
     /// Control period, s.
     pub dt_s: f64,
+    /// Distance from the goal that counts as arrived, m.
+    pub goal_tolerance_m: f64,
+    /// What the robot senses with.
+    pub sensing: SensingSpec,
     /// Outcome of the episode.
     pub outcome: Outcome,
     /// Trace of the drive: among others the paths with the tick at which each came into force, the scans, states and notes.
@@ -282,6 +286,32 @@ impl Runner {
     }
 }
 
+/// The trace of a world without its robot, whose place in it is the start, for `ticks` ticks.
+pub fn watch(scene: &Scene, robot: &Robot, conditions: &Conditions, ticks: u32) -> Trace {
+    let mut world = World::new(scene, robot, conditions);
+    let mut trace = Trace::default();
+    trace.clear(scene.movers.len());
+    for tick in 0..=ticks {
+        trace.ticks.push(Tick {
+            tick,
+            pose: world.pose(),
+            believed: world.believed_pose(),
+            twist: Twist::ZERO,
+            command: Twist::ZERO,
+            state: State::TRACK,
+            sub_goal: world.goal(),
+            clearance_m: world.clearance_m(),
+            clearance_low_m: world.clearance_m(),
+            path_deviation_m: None,
+            sensed_movers: 0,
+            seen_statics: 0,
+        });
+        trace.movers.extend(world.movers().iter().map(MoverState::of));
+        world.pass();
+    }
+    trace
+}
+
 /// Share of the highest yaw rate from which a robot counts as turning as fast as it can.
 const FULL_TURN_SHARE: f64 = 0.9;
 
@@ -406,10 +436,6 @@ impl Record {
         if !self.trace.note_names.is_empty() {
             self.trace.notes.push(decision.notes);
         }
-        self.trace.movers.extend(world.movers().iter().map(|mover| MoverState {
-            position: mover.position,
-            velocity: mover.velocity,
-            present: mover.present,
-        }));
+        self.trace.movers.extend(world.movers().iter().map(MoverState::of));
     }
 }

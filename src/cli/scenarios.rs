@@ -29,6 +29,11 @@ impl Changes {
         Self { set, stacks: vec![stack], ..Self::default() }
     }
 
+    /// The same with only these stacks.
+    pub(super) fn with_stacks(self, names: &[String]) -> Self {
+        Self { stacks: names.to_vec(), ..self }
+    }
+
     /// Loads and checks the scenario in `source` with these changes, ready to run: a scenario file, or a folder of results, whose manifest
     /// holds the scenario.
     pub(super) fn load(&self, source: &Path) -> Result<Experiment, Failure> {

@@ -2,7 +2,7 @@
 
 use super::{Experiment, RunError, Setup, StackHere, Surroundings};
 use crate::clock::Stopwatch;
-use crate::episode::{Outcome, Record, Recording, Runner, Setting, Timings};
+use crate::episode::{Outcome, Record, Recording, Runner, Setting, Timings, watch};
 use crate::geometry::Vec2;
 use crate::metrics::{self, Metrics};
 use crate::plan::PlanningGrid;
@@ -11,7 +11,7 @@ use crate::plan::global::GlobalChoice;
 use crate::plan::stack::{Stack, StackSpec};
 use crate::results::{self, Answer, Digest, Row, Timing};
 use crate::rng::EpisodeSeed;
-use crate::trace::{self, Header, Trace};
+use crate::trace::{self, Detail, Header, Trace};
 use crate::world::{Conditions, Infeasible, Scene, StaticMap};
 use std::io;
 use std::path::Path;
@@ -93,8 +93,22 @@ impl Experiment {
         let outcome = measured.outcome.clone();
         let row = self.row(point, here, episode, measured);
         let Record { trace, detail, .. } = runner.record;
-        let (robot, detail) = (setup.surroundings.robot.clone(), detail.unwrap_or_default());
-        Ok(Drive { row, recording: Recording { scene, robot, dt_s: setup.dt_s(), outcome, trace, detail } })
+        let recording = Recording { outcome, trace, detail: detail.unwrap_or_default(), ..setup.unrecorded(scene) };
+        Ok(Drive { row, recording })
+    }
+
+    /// The world of one episode at a point without a drive: for `lasts_s` seconds its movers go their ways as if no robot were
+    /// there. For pictures of worlds.
+    ///
+    /// # Errors
+    /// If the episode has no feasible world.
+    pub fn watch_one(&self, point: u32, episode: u64, lasts_s: f64) -> Result<Recording, Infeasible> {
+        let scene = self.scene(point, episode)?;
+        let setup = &self.points[point as usize];
+        let recording = setup.unrecorded(scene);
+        let ticks = (lasts_s / setup.dt_s()).round() as u32;
+        let trace = watch(&recording.scene, &recording.robot, &setup.conditions(setup.seed(episode)), ticks);
+        Ok(Recording { trace, ..recording })
     }
 
     /// The world of one episode at a point.
@@ -257,6 +271,31 @@ impl Setup {
         Ways { shortest_m, way_m }
     }
 
+    fn conditions(&self, seed: EpisodeSeed) -> Conditions {
+        let scenario = &self.scenario;
+        Conditions {
+            seed,
+            sensing: scenario.sensing.clone(),
+            localisation: scenario.localisation.clone(),
+            actuation: scenario.actuation.clone(),
+            control_period_s: scenario.control_period_s,
+        }
+    }
+
+    /// A recording of the scene before anything has happened.
+    fn unrecorded(&self, scene: Scene) -> Recording {
+        Recording {
+            scene,
+            robot: self.surroundings.robot.clone(),
+            dt_s: self.dt_s(),
+            goal_tolerance_m: self.scenario.termination.goal_tolerance_m.get(),
+            sensing: self.scenario.sensing.clone(),
+            outcome: Outcome::Timeout,
+            trace: Trace::default(),
+            detail: Detail::default(),
+        }
+    }
+
     fn drive(
         &self,
         seed: EpisodeSeed,
@@ -267,13 +306,7 @@ impl Setup {
         runner: &mut Runner,
     ) -> Measured {
         let scenario = &self.scenario;
-        let conditions = Conditions {
-            seed,
-            sensing: scenario.sensing.clone(),
-            localisation: scenario.localisation.clone(),
-            actuation: scenario.actuation.clone(),
-            control_period_s: scenario.control_period_s,
-        };
+        let conditions = self.conditions(seed);
         let stack = slot.get_or_insert_with(|| spec.build(&scenario.planning));
         let termination = &scenario.termination;
         let (robot, way_m) = (&self.surroundings.robot, ways.way_m);

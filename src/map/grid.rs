@@ -4,6 +4,7 @@ use crate::geometry::{Pose, Rect, Vec2, wrap_angle};
 use crate::math;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::sync::Arc;
 
 /// A cell of a grid: column from the left, row from the bottom. May lie outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -50,7 +51,7 @@ impl Frame {
 }
 
 /// A rectangular grid of free and occupied cells.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 #[serde(try_from = "GridBytes", into = "GridBytes")]
 pub struct OccupancyGrid {
     cols: i32,
@@ -58,6 +59,16 @@ pub struct OccupancyGrid {
     resolution_m: f64,
     frame: Frame,
     occupied: Vec<bool>,
+    /// The cells that nobody has seen, for pictures alone: each counts as free or occupied like any other. `None` if all are known.
+    unknown: Option<Arc<[bool]>>,
+}
+
+/// By place and occupancy.
+impl PartialEq for OccupancyGrid {
+    fn eq(&self, other: &Self) -> bool {
+        let place = |grid: &Self| (grid.cols, grid.rows, grid.resolution_m, grid.frame);
+        place(self) == place(other) && self.occupied == other.occupied
+    }
 }
 
 /// A grid as it is written: eight cells to a byte, the first one in the lowest bit.
@@ -72,7 +83,7 @@ struct GridBytes {
 
 impl From<OccupancyGrid> for GridBytes {
     fn from(grid: OccupancyGrid) -> Self {
-        let OccupancyGrid { cols, rows, resolution_m, frame, occupied } = grid;
+        let OccupancyGrid { cols, rows, resolution_m, frame, occupied, unknown: _ } = grid;
         let byte = |cells: &[bool]| cells.iter().rev().fold(0, |byte, &cell| byte << 1 | u8::from(cell));
         Self { cols, rows, resolution_m, frame, occupied: occupied.chunks(8).map(byte).collect() }
     }
@@ -88,7 +99,7 @@ impl TryFrom<GridBytes> for OccupancyGrid {
         match count {
             Some(count) if count.div_ceil(8) == occupied.len() && resolution_m.is_finite() && resolution_m > 0.0 => {
                 let cells = occupied.iter().flat_map(|byte| (0..8).map(move |bit| byte >> bit & 1 == 1));
-                Ok(Self { cols, rows, resolution_m, frame, occupied: cells.take(count).collect() })
+                Ok(Self { cols, rows, resolution_m, frame, occupied: cells.take(count).collect(), unknown: None })
             }
             _ => Err("sizes that are not those of a grid"),
         }
@@ -97,13 +108,13 @@ impl TryFrom<GridBytes> for OccupancyGrid {
 
 impl Clone for OccupancyGrid {
     fn clone(&self) -> Self {
-        Self { occupied: self.occupied.clone(), ..*self }
+        Self { occupied: self.occupied.clone(), unknown: self.unknown.clone(), ..*self }
     }
 
     fn clone_from(&mut self, source: &Self) {
         let mut occupied = core::mem::take(&mut self.occupied);
         occupied.clone_from(&source.occupied);
-        *self = Self { occupied, ..*source };
+        *self = Self { occupied, unknown: source.unknown.clone(), ..*source };
     }
 }
 
@@ -116,7 +127,7 @@ impl OccupancyGrid {
         assert!(cols > 0 && rows > 0, "a grid has at least one cell");
         assert!(resolution_m.is_finite() && resolution_m > 0.0, "the resolution is a positive number");
         let cells = cols as usize * rows as usize;
-        Self { cols, rows, resolution_m, frame: Frame::IDENTITY, occupied: vec![false; cells] }
+        Self { cols, rows, resolution_m, frame: Frame::IDENTITY, occupied: vec![false; cells], unknown: None }
     }
 
     /// The grid drawn by `lines`, the first line on top: `.` and space are free, all else is occupied.
@@ -152,6 +163,26 @@ impl OccupancyGrid {
         assert!(resolution_m.is_finite() && resolution_m > 0.0, "the resolution is a positive number");
         self.resolution_m = resolution_m;
         self
+    }
+
+    /// The same grid that knows which of its cells nobody has seen, in the order of [`Self::occupied`].
+    ///
+    /// # Panics
+    /// If there are not as many as the grid has cells.
+    pub fn with_unknown(mut self, cells: Vec<bool>) -> Self {
+        assert_eq!(cells.len(), self.occupied.len(), "one for each cell");
+        self.unknown = cells.contains(&true).then(|| cells.into());
+        self
+    }
+
+    /// Whether nobody has seen some of the cells.
+    pub fn has_unknown(&self) -> bool {
+        self.unknown.is_some()
+    }
+
+    /// Whether the cell is inside and nobody has seen it.
+    pub fn is_unknown(&self, cell: Cell) -> bool {
+        self.unknown.as_ref().is_some_and(|unknown| self.contains(cell) && unknown[self.index(cell)])
     }
 
     /// Number of columns.

@@ -1,6 +1,6 @@
 //! Pictures and pages made from scenes and traces.
 
 pub mod chart;
-mod svg;
-
-pub use svg::{Caption, draw};
+pub mod drawing;
+pub mod palette;
+pub mod picture;

@@ -12,7 +12,7 @@ pub use header::Header;
 
 use crate::geometry::{Path, Pose, Twist, Vec2};
 use crate::plan::contract::{Notes, State};
-use crate::world::Closest;
+use crate::world::{Closest, Mover};
 
 /// The state at the end of one tick (row 0: before the first). Positions are in the grid frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +52,13 @@ pub struct MoverState {
     pub velocity: Vec2,
     /// Whether it was present; otherwise position and velocity are meaningless.
     pub present: bool,
+}
+
+impl MoverState {
+    /// The state of a mover now.
+    pub fn of(mover: &Mover) -> Self {
+        Self { position: mover.position, velocity: mover.velocity, present: mover.present }
+    }
 }
 
 /// A path that came into force.

@@ -206,14 +206,6 @@ fn commands_that_print_write_a_file_with_out() {
 }
 
 #[test]
-fn draw_makes_a_picture() {
-    let scratch = tempfile::tempdir().unwrap();
-    let svg = stdout(simrun(scratch.path()).arg("draw").arg(scenario("04_unknown_pallet")).args(["-o", "-"]));
-    assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
-    assert!(svg.contains("not on the map") && svg.contains("planned path"));
-}
-
-#[test]
 fn a_picture_becomes_a_map_with_a_preview() {
     let folder = tempfile::tempdir().expect("a folder");
     let (png, map) = (folder.path().join("yard.png"), folder.path().join("yard.map"));

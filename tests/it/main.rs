@@ -13,6 +13,7 @@ mod conformance_layers;
 mod convex;
 mod decisions;
 mod documents;
+mod draw;
 mod drives;
 mod episodes;
 mod failures;

@@ -240,7 +240,7 @@ impl RosMap {
                 grid.set_occupied(grid.cell(index));
             }
         }
-        grid
+        grid.with_unknown(self.occupancy.iter().map(|&occupancy| occupancy == UNKNOWN).collect())
     }
 }
 

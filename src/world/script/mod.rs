@@ -122,6 +122,11 @@ pub(super) trait Effect: Debug + Send + Sync {
     fn goal(&self) -> Option<Vec2> {
         None
     }
+
+    /// The number of an unknown static and whether it is there from now on, if the change makes one appear or vanish.
+    fn obstacle(&self) -> Option<(usize, bool)> {
+        None
+    }
 }
 
 impl Change {
@@ -141,5 +146,10 @@ impl Change {
     /// The new goal, grid frame, m, if the change moves it.
     pub fn goal_moved_to(&self) -> Option<Vec2> {
         self.0.goal()
+    }
+
+    /// The number of an unknown static and whether it is there from now on, if the change makes one appear or vanish.
+    pub fn obstacle_presence(&self) -> Option<(usize, bool)> {
+        self.0.obstacle()
     }
 }

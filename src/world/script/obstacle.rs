@@ -78,4 +78,8 @@ impl Effect for Presence {
     fn moves_the_task(&self) -> bool {
         true
     }
+
+    fn obstacle(&self) -> Option<(usize, bool)> {
+        Some((self.number, self.present))
+    }
 }

@@ -43,7 +43,6 @@ impl Default for LidarSpec {
 #[derive(Clone, Debug)]
 pub(super) struct Lidar {
     spec: LidarSpec,
-    fov_rad: f64,
     /// One stream for each block of rays; empty without noise.
     streams: Vec<Stream>,
     pub(super) ranges_m: Vec<f64>,
@@ -54,23 +53,29 @@ const RAYS_PER_STREAM: usize = 512;
 /// Number of the scanner's first stream; the streams of obstacles are numbered from 0.
 const FIRST_LIDAR_STREAM: u64 = 1 << 32;
 
+impl LidarSpec {
+    /// Bearing of the first ray from the robot's heading and step from one ray to the next, rad.
+    pub fn bearings_rad(&self) -> (f64, f64) {
+        let fov_rad = self.field_of_view_rad.map_or(math::TAU, |fov| math::min(fov.get(), math::TAU));
+        let step = fov_rad / f64::from(self.rays.get());
+        (0.5 * step - 0.5 * fov_rad, step)
+    }
+}
+
 impl Lidar {
     pub(super) fn new(spec: &LidarSpec, seed: EpisodeSeed) -> Self {
         let rays = spec.rays.get() as usize;
         let noisy = spec.range_noise_m.get() > 0.0 || spec.miss_probability.get() > 0.0;
         let blocks = if noisy { rays.div_ceil(RAYS_PER_STREAM) as u64 } else { 0 };
         Self {
-            fov_rad: spec.field_of_view_rad.map_or(math::TAU, |fov| math::min(fov.get(), math::TAU)),
             streams: (0..blocks).map(|k| seed.stream(Purpose::Sensor, FIRST_LIDAR_STREAM + k)).collect(),
             ranges_m: vec![f64::INFINITY; rays],
             spec: spec.clone(),
         }
     }
 
-    /// Bearing of the first ray and step from one ray to the next, rad.
     pub(super) fn bearings_rad(&self) -> (f64, f64) {
-        let step = self.fov_rad / self.ranges_m.len() as f64;
-        (0.5 * step - 0.5 * self.fov_rad, step)
+        self.spec.bearings_rad()
     }
 
     pub(super) fn scan(&mut self, scene: &Surroundings<'_>, eye: Pose, tick: u32) {

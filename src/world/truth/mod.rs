@@ -440,6 +440,20 @@ impl<'s> World<'s> {
         self.clock.has_begun = false;
         Step { clearance_m, clearance_low_m, contact }
     }
+
+    /// Lets one tick pass as if the robot were not there: the script goes on, movers go their ways.
+    pub fn pass(&mut self) {
+        self.begin_tick();
+        let span = self.clock.span();
+        let statics = Statics { map: &self.scene.map, unknown: &self.unknown };
+        let Movers { states, drivers, courses } = &mut self.movers;
+        for ((mover, driver), course) in states.iter_mut().zip(drivers).zip(courses) {
+            *course = driver.course(mover, &statics, (self.state.pose.position, f64::INFINITY), span);
+            (mover.position, mover.velocity) = course.at(span.lasts_s);
+        }
+        self.clock.tick += 1;
+        self.clock.has_begun = false;
+    }
 }
 
 impl Gaps {
