@@ -44,7 +44,7 @@ struct Confined {
 }
 
 /// The crates that `Cargo.toml` or the architecture keeps to some rooms.
-const CONFINED: [Confined; 8] = [
+const CONFINED: [Confined; 13] = [
     Confined { name: "rapier2d", rooms: &["world"], free_in_tests: false },
     Confined { name: "parry2d", rooms: &["world"], free_in_tests: false },
     Confined { name: "serde_yaml", rooms: &["scenario"], free_in_tests: true },
@@ -53,6 +53,11 @@ const CONFINED: [Confined; 8] = [
     Confined { name: "indicatif", rooms: &["cli"], free_in_tests: false },
     Confined { name: "signal_hook", rooms: &["cli"], free_in_tests: false },
     Confined { name: "libm", rooms: &["math"], free_in_tests: false },
+    Confined { name: "tiny_skia", rooms: &["report"], free_in_tests: false },
+    Confined { name: "ttf_parser", rooms: &["report"], free_in_tests: false },
+    Confined { name: "pdf_writer", rooms: &["report"], free_in_tests: false },
+    Confined { name: "miniz_oxide", rooms: &["report"], free_in_tests: false },
+    Confined { name: "gif", rooms: &["report"], free_in_tests: false },
 ];
 
 /// Room, crate and the reason for which the room may name it all the same; one that is no longer needed must go.
