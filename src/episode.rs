@@ -4,6 +4,7 @@ mod outcome;
 
 use crate::clock::Stopwatch;
 use crate::geometry::{Pose, Twist, Vec2};
+use crate::guard::guard;
 use crate::math;
 use crate::observation::{Belief, SensedObstacle};
 use crate::plan::contract::{Arrival, Decision, Failure, Randomness, Situation, State, StateKind};
@@ -14,7 +15,6 @@ use crate::trace::{Detail, MoverState, PlannedPath, Tick, Trace, to_nanosecond};
 use crate::world::{Conditions, Contact, Scene, SensingSpec, World};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 pub use crate::world::DT_S;
 pub use outcome::{Outcome, Parts};
@@ -179,18 +179,16 @@ impl Runner {
         Self { records_in_full: true, ..Self::default() }
     }
 
-    /// Drives the robot through a scene with `stack` until the episode ends. A panic in a planner
-    /// is an outcome; the stack must then be dropped, for its state is undefined.
+    /// Drives the robot through a scene with `stack` until the episode ends. A panic is an outcome, in a planner or in our own
+    /// code; the stack, for the latter the runner as well, must then be dropped, for its state is undefined.
     pub fn run(&mut self, setting: Setting<'_>, stack: &mut Stack) -> Outcome {
         self.record.begin(setting.scene, self.records_in_full);
-        let episode = AssertUnwindSafe(|| self.drive(setting, stack));
-        let outcome = catch_unwind(episode).unwrap_or_else(|panic| {
-            let message = panic
-                .downcast_ref::<&str>()
-                .map(|text| (*text).to_owned())
-                .or_else(|| panic.downcast_ref::<String>().cloned())
-                .unwrap_or_else(|| "a panic without a message".to_owned());
-            Outcome::PlannerError { message }
+        let outcome = guard(|| self.drive(setting, stack)).unwrap_or_else(|panic| {
+            let message = panic.to_string();
+            match stack.acting() {
+                Some(_) => Outcome::PlannerError { message },
+                None => Outcome::InternalError { message },
+            }
         });
         match (outcome, stack.acting()) {
             (Outcome::PlannerError { message }, Some(part)) => {

@@ -67,7 +67,7 @@ impl From<FileError> for io::Error {
 }
 
 /// Bytes in words: whole numbers of the largest unit that has one digit before the point.
-fn size(bytes: u64) -> String {
+pub(crate) fn size(bytes: u64) -> String {
     match bytes {
         1 => "1 byte".to_owned(),
         0..1024 => format!("{bytes} bytes"),
@@ -97,6 +97,11 @@ fn kind(file: &std::fs::FileType) -> &'static str {
         }
     }
     if file.is_dir() { "a folder" } else { "no file" }
+}
+
+/// Number of bytes of a regular file; 0 for anything else.
+pub(crate) fn length(file: &Path) -> u64 {
+    std::fs::metadata(file).ok().filter(std::fs::Metadata::is_file).map_or(0, |found| found.len())
 }
 
 /// Opens a regular file of at most `bytes_max` bytes. Whoever reads on must bound what it allocates by itself.

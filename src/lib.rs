@@ -14,7 +14,7 @@
 //! ```
 //!
 //! **Data flows one way**, and a module imports only from those above it in this order: [`math`], [`settings`], [`geometry`],
-//! [`digest`], [`rng`], [`clock`], [`files`]; [`map`], [`robot`], [`observation`]; [`plan`]; [`world`]; [`trace`], [`episode`],
+//! [`digest`], [`rng`], [`clock`], [`guard`], [`files`]; [`map`], [`robot`], [`observation`]; [`plan`]; [`world`]; [`trace`], [`episode`],
 //! [`metrics`]; [`scenario`]; [`analysis`], [`results`], [`experiment`], [`comparison`], [`mod@paper`]; [`report`], [`cli`]. Planners never see the world: they
 //! meet in [`episode`] alone, through a [`plan::contract::Situation`] and a [`plan::contract::Decision`].
 //!
@@ -63,6 +63,7 @@ pub mod episode;
 pub mod experiment;
 pub mod files;
 pub mod geometry;
+pub mod guard;
 pub mod map;
 pub mod math;
 pub mod metrics;

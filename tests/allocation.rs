@@ -1,4 +1,5 @@
-//! Our code allocates nothing in a tick: counted by the allocator itself, rapier's own step apart.
+//! Our code allocates nothing in a tick, and a run takes about the memory that was estimated: counted by the allocator itself, rapier's
+//! own step apart.
 //!
 //! A binary of its own, with one test, and no module of `it`: the allocator is that of the whole process, and so is the count.
 
@@ -10,14 +11,17 @@ use rapier2d::prelude::{
     RigidBodyBuilder, SharedShape, Vector,
 };
 use simrun::episode::{Outcome, Runner, Setting, TerminationSpec};
+use simrun::experiment::{Experiment, Session};
 use simrun::geometry::Vec2;
 use simrun::map::OccupancyGrid;
 use simrun::plan::contract::{Decision, Entry, Failure, Guidance, LocalPlanner, Situation};
 use simrun::plan::global::GlobalChoice;
 use simrun::plan::local::LocalChoice;
 use simrun::plan::stack::{PlanningSpec, Stack};
+use simrun::results::Existing;
 use simrun::rng::EpisodeSeed;
 use simrun::robot::Robot;
+use simrun::scenario::{Scenario, ScenarioFile};
 use simrun::trace::Trace;
 use simrun::world::{Conditions, Scene, SceneSpec, Shape, StaticMap};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -27,19 +31,35 @@ use std::sync::{Arc, Mutex};
 struct Counting;
 
 static ALLOCATIONS: AtomicU64 = AtomicU64::new(0);
+/// Bytes in use, and the most that ever were since it was last set.
+static IN_USE: AtomicU64 = AtomicU64::new(0);
+static PEAK: AtomicU64 = AtomicU64::new(0);
+
+fn take(bytes: usize) {
+    ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+    let before = IN_USE.fetch_add(bytes as u64, Ordering::Relaxed);
+    PEAK.fetch_max(before + bytes as u64, Ordering::Relaxed);
+}
+
+fn give_back(bytes: usize) {
+    IN_USE.fetch_sub(bytes as u64, Ordering::Relaxed);
+}
 
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        take(layout.size());
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        give_back(layout.size());
         unsafe { System.dealloc(pointer, layout) }
     }
 
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // Both are in use while it is copied, unless the system can do better.
+        take(size);
+        give_back(layout.size());
         unsafe { System.realloc(pointer, layout, size) }
     }
 }
@@ -116,6 +136,66 @@ fn rapier_allocates(scene: &Scene, robot: &Robot, trace: &Trace) -> Vec<u64> {
 }
 
 #[test]
+fn memory_is_taken_as_it_is_promised() {
+    a_tick_allocates_nothing_but_what_rapier_does();
+    a_run_takes_the_memory_that_was_estimated();
+}
+
+/// Peaks of whole runs, at least half of the estimate and at most twice as much.
+fn a_run_takes_the_memory_that_was_estimated() {
+    const SHORT: &str = "episodes: 2\ntermination: {timeout_s: 10, stuck_after_s: 9}\n";
+    const HALL: &str = "map: {empty: {cols: 1000, rows: 1000, resolution_m: 0.05}}\n";
+    const ROOM: &str = "map: {empty: {cols: 40, rows: 40}}\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut recording = String::from("time_s,id,x_m,y_m\n");
+    for row in 0..200_000 {
+        recording += &format!("{:.2},{},{:.3},4.5\n", f64::from(row / 20) * 0.1, row % 20, f64::from(row % 37));
+    }
+    std::fs::write(folder.path().join("recording.csv"), recording).expect("room");
+    let cases = [
+        format!("{HALL}stacks: {{global: [a_star], local: [pure_pursuit]}}\n"),
+        format!("{HALL}stacks: {{global: [a_star, dijkstra, theta_star, d_star], local: [pure_pursuit]}}\n"),
+        "map: {random: {cols: 1000, rows: 1000, resolution_m: 0.05, obstacles: 1000}}\nrobot: {radius_m: 0.05}\n\
+         stacks: {global: [a_star], local: [dwa]}\n"
+            .to_owned(),
+        "map: {empty: {cols: 300, rows: 300}}\nobstacles: {moving: [random: {count: 3000, radius_m: 0.1}]}\n\
+         robot: {radius_m: 0.1}\nstacks: {global: [a_star], local: [pure_pursuit]}\n"
+            .to_owned(),
+        format!("{ROOM}stacks: {{global: [a_star], local: [dwa: {{speed_samples: 400, yaw_rate_samples: 400}}]}}\n"),
+        format!(
+            "{ROOM}obstacles: {{moving: [replay: {{file: recording.csv}}]}}\nstacks: {{global: [a_star], local: [pure_pursuit]}}\n"
+        ),
+        format!("{ROOM}sensing: {{lidar: {{rays: 10000}}}}\nstacks: {{global: [a_star], local: [pure_pursuit]}}\n"),
+    ];
+    for (index, case) in cases.iter().enumerate() {
+        let path = folder.path().join(format!("case{index}.yaml"));
+        std::fs::write(&path, format!("{case}{SHORT}")).expect("room");
+        for threads in [1, 2] {
+            let before = IN_USE.load(Ordering::Relaxed);
+            PEAK.store(before, Ordering::Relaxed);
+            let file = ScenarioFile::open(&path).unwrap_or_else(|error| panic!("{error}"));
+            let experiment = Experiment::load(&file, &[]).unwrap_or_else(|error| panic!("{error}"));
+            let out = folder.path().join("out");
+            let session = Session::open(&experiment, &out, Existing::Replace).expect("a folder");
+            session.run(threads, None, || {}).expect("it runs");
+            session.finish().expect("it ends").expect("it is whole");
+            let peak = PEAK.load(Ordering::Relaxed) - before;
+            let scenario = experiment.scenario();
+            let cells =
+                scenario.map.load(folder.path(), EpisodeSeed::default()).expect("a map").occupied().len() as u64;
+            // What every program takes is no allocation.
+            let base = Scenario::BASE_BYTES;
+            let estimate = scenario.memory_bytes(cells, folder.path(), threads as u64) - base;
+            eprintln!("case {index}, {threads} threads: {peak} bytes at most, {estimate} estimated");
+            let slack = base / 4;
+            assert!(
+                peak <= 2 * estimate + slack && estimate <= 2 * peak + slack,
+                "{case}{threads} threads: {peak} bytes at most, {estimate} estimated"
+            );
+        }
+    }
+}
+
 fn a_tick_allocates_nothing_but_what_rapier_does() {
     let row = |row: usize| {
         if row % 13 == 6 {

@@ -1,7 +1,7 @@
 //! The command line: one file per subcommand.
 //!
 //! Data goes to stdout or files, progress and messages to stderr. Exit codes: 0 it ran, whatever
-//! the robot did; 1 it could not run, or some row is `planner_error`; 2 bad usage or scenario,
+//! the robot did; 1 it could not run, or some row is `planner_error` or `internal_error`; 2 bad usage or scenario,
 //! nothing was written; 3 a requirement was not met; 75 the folder of results is in use, try again later; 130 interrupted by
 //! Ctrl-C, 143 by SIGTERM.
 
@@ -11,7 +11,9 @@ mod draw;
 mod explain;
 mod failures;
 mod interrupt;
+mod isolated;
 mod map;
+mod memory;
 mod plan;
 mod planners;
 mod reproduce;
@@ -22,6 +24,7 @@ mod shell;
 mod traced;
 mod verify;
 
+use crate::guard::guard;
 use crate::results::layout::WIDE;
 use crate::settings::choice::nearest;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -34,7 +37,7 @@ use std::process::ExitCode;
 /// Drives a robot through seeded 2-D worlds with any global × any local planner and writes what came of it as CSV.
 #[derive(Debug, Parser)]
 #[command(name = "simrun", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-#[command(after_help = "Exit codes: 0 ran (whatever the robot did), 1 failed to run or a planner crashed, \
+#[command(after_help = "Exit codes: 0 ran (whatever the robot did), 1 failed to run or some episode crashed, \
                         2 bad usage or scenario (nothing written), 3 a requirement was not met, \
                         75 the folder is in use by another run (--wait-lock waits), \
                         130 interrupted (the same command goes on).")]
@@ -71,6 +74,9 @@ enum Command {
     Schema(schema::Args),
     /// Describe a map file, or write it in another format.
     Map(map::Args),
+    /// Drive blocks for another simrun, which asks for them over a pipe.
+    #[command(hide = true)]
+    DriveBlocks(isolated::Args),
 }
 
 /// Reason why a command did not succeed.
@@ -78,7 +84,7 @@ enum Command {
 enum Failure {
     /// Bad usage or scenario: exit code 2, nothing written.
     Usage(String),
-    /// It could not run, or a planner crashed: exit code 1.
+    /// It could not run, or some episode crashed: exit code 1.
     Run(String),
     /// A requirement was not met: exit code 3.
     Requirement(String),
@@ -114,7 +120,23 @@ pub fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
-    let result = match cli.command {
+    // A fault of our own is said in one line, as every error is.
+    let result = guard(|| run(cli))
+        .unwrap_or_else(|panic| Err(Failure::Run(format!("error: simrun itself has failed: {panic}"))));
+    let (message, code) = match result {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Run(message)) => (message, 1),
+        Err(Failure::Usage(message)) => (message, 2),
+        Err(Failure::Requirement(message)) => (message, 3),
+        Err(Failure::Busy(message)) => (message, 75),
+        Err(Failure::Interrupted(message, code)) => (message, code),
+    };
+    say(&message);
+    ExitCode::from(code)
+}
+
+fn run(cli: Cli) -> Result<(), Failure> {
+    match cli.command {
         None => refuse_misspelt_command(&cli.run).and_then(|()| run::main(&cli.run)),
         Some(Command::Run(args)) => run::main(&args),
         Some(Command::Check(args)) => check::main(&args),
@@ -128,17 +150,8 @@ pub fn main() -> ExitCode {
         Some(Command::Explain(args)) => explain::main(&args),
         Some(Command::Schema(args)) => schema::main(&args),
         Some(Command::Map(args)) => map::main(&args),
-    };
-    let (message, code) = match result {
-        Ok(()) => return ExitCode::SUCCESS,
-        Err(Failure::Run(message)) => (message, 1),
-        Err(Failure::Usage(message)) => (message, 2),
-        Err(Failure::Requirement(message)) => (message, 3),
-        Err(Failure::Busy(message)) => (message, 75),
-        Err(Failure::Interrupted(message, code)) => (message, code),
-    };
-    say(&message);
-    ExitCode::from(code)
+        Some(Command::DriveBlocks(args)) => isolated::main(&args),
+    }
 }
 
 /// The subcommand that a word is most like, if the word names no file and looks like no file's name.
@@ -147,7 +160,8 @@ fn misspelt_command(word: &Path) -> Option<String> {
         return None;
     }
     let command = Cli::command();
-    let known: Vec<&str> = command.get_subcommands().map(clap::Command::get_name).collect();
+    let known: Vec<&str> =
+        command.get_subcommands().filter(|command| !command.is_hide_set()).map(clap::Command::get_name).collect();
     nearest(word.to_str()?, &known).map(str::to_owned)
 }
 

@@ -1,5 +1,7 @@
 //! `simrun reproduce`: a paper's tables, run and judged.
 
+use super::isolated::Isolate;
+use super::memory::MemoryLimit;
 use super::run::{Waiting, complete, existing};
 use super::scenarios::prepare;
 use super::{Failure, colour, print, say, width};
@@ -154,7 +156,7 @@ fn judge(args: &Args, paper: &Paper, runs: &[(Run<'_>, Experiment)], out: &Path)
         }
         let folder = out.join(&name);
         let session = args.waiting.open(experiment, &folder, existing(args.force))?;
-        complete(session, args.threads, None, args.quiet)?;
+        complete(session, args.threads, None, None, args.quiet)?;
         let rows = comparison::read_table(&folder.join(EPISODES_CSV)).map_err(Failure::run)?;
         let (sections, copies): (Vec<_>, Vec<u64>) = rows.sections.iter().map(Section::without_copies).unzip();
         let copies = copies.iter().sum::<u64>();
@@ -226,6 +228,7 @@ fn load(paper: &Paper, run: &Run<'_>, episodes: Option<u32>) -> Result<Experimen
     let refuse = |error: ScenarioError| Failure::Usage(error.render(colour()));
     let load = || {
         let (file, edits) = paper.scenario(run.table, run.choice, episodes).map_err(refuse)?;
+        let file = MemoryLimit::default().set(file, None, &Isolate::default());
         let experiment = prepare(&file, &edits, &run.stacks)?;
         if run.choice.is_none() {
             paper.check_stacks(run.table.id.as_str(), &experiment.stack_names()).map_err(Failure::usage)?;

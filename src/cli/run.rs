@@ -1,13 +1,15 @@
 //! `simrun run`: scenarios become tables.
 
 use super::interrupt::Interrupt;
+use super::isolated::Isolate;
 use super::scenarios::{AtPoint, Changes, load_all};
 use super::{Failure, print, say, width};
 use crate::clock::Stopwatch;
-use crate::episode::Outcome;
-use crate::experiment::{Experiment, Session, Worker, threads_available};
+use crate::experiment::{Experiment, Isolation, Session, Worker, threads_available};
 use crate::files;
-use crate::results::{self, Answer, Existing, Identity, Manifest, Opened, ResultsError, SummaryRow, TRACES};
+use crate::results::{
+    self, Answer, Existing, Identity, Manifest, Opened, ReadError, ResultsError, Row, SummaryRow, TRACES,
+};
 use crate::settings::quantity::counted;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::BufReader;
@@ -36,6 +38,8 @@ pub(super) struct Args {
     /// Threads; as many as there are processors by default. Results do not depend on it.
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
+    #[command(flatten)]
+    isolate: Isolate,
     /// Fail (exit code 3) unless every stack reaches this success rate, from 0 to 1.
     #[arg(long, value_name = "RATE")]
     require_success: Option<f64>,
@@ -120,7 +124,8 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         return Err(Failure::usage("--require-success takes a rate from 0 to 1"));
     }
     // All scenarios are checked before the first one runs.
-    let experiments = load_all(&args.changes, &args.scenarios)?;
+    let load = |source: &Path| args.changes.load_for(source, args.threads, &args.isolate);
+    let experiments = load_all(&args.scenarios, load)?;
     for (index, experiment) in experiments.iter().enumerate() {
         // Some file systems take capitals and small letters for the same.
         let name = &experiment.scenario().name;
@@ -157,7 +162,9 @@ fn run(args: &Args, source: &Path, experiment: &Experiment) -> Result<(), Failur
             }
             run_one(args, experiment, point, episode, traces.as_deref())
         }
-        None => run_all(args, experiment, &folder, traces.as_deref()),
+        None => args.isolate.with(source, &args.changes, traces.as_deref(), |isolation| {
+            run_all(args, experiment, &folder, traces.as_deref(), isolation)
+        }),
     }
 }
 
@@ -195,20 +202,28 @@ fn run_one(
         results::write_row(&mut table, row).map_err(Failure::run)?;
     }
     print(&String::from_utf8_lossy(&table.into_inner().map_err(Failure::run)?))?;
-    let crashed = |answer: &&Answer| matches!(answer.row.outcome, Outcome::PlannerError { .. });
-    match answers.iter().find(crashed) {
-        Some(Answer { row, .. }) => {
-            Err(Failure::Run(format!("error: {} crashed: {}", row.stack, row.outcome.message())))
-        }
+    match answers.iter().find(|answer| answer.row.outcome.is_crash()) {
+        Some(Answer { row, .. }) => Err(Failure::Run(format!(
+            "error: {} ended in `{}`: {}",
+            row.stack,
+            row.outcome.name(),
+            row.outcome.message()
+        ))),
         None => {
             let summary = answers.iter().filter_map(|answer| results::summarise_rows(std::iter::once(&answer.row)));
-            judge(args, &summary.collect::<Vec<SummaryRow>>())
+            check_required(args, &summary.collect::<Vec<SummaryRow>>())
         }
     }
 }
 
 /// Runs every episode that is not in the folder yet.
-fn run_all(args: &Args, experiment: &Experiment, folder: &Path, traces: Option<&Path>) -> Result<(), Failure> {
+fn run_all(
+    args: &Args,
+    experiment: &Experiment,
+    folder: &Path,
+    traces: Option<&Path>,
+    isolation: Option<&Isolation<'_>>,
+) -> Result<(), Failure> {
     let session = args.waiting.open(experiment, folder, existing(args.force))?;
     if let Some(traces) = traces {
         create(traces)?;
@@ -221,26 +236,36 @@ fn run_all(args: &Args, experiment: &Experiment, folder: &Path, traces: Option<&
         }
         Opened::Complete => say(&format!("{shown}: complete, nothing to run (--force runs it again)")),
     }
-    let summary = complete(session, args.threads, traces, args.quiet)?;
+    let summary = complete(session, args.threads, traces, isolation, args.quiet)?;
     if !args.quiet {
         print(&format!(
             "{}\n{shown}/episodes.csv, states.csv, summary.csv, timings.csv, manifest.json\n",
             results::table(&summary, width())
         ))?;
     }
-    judge(args, &summary)
+    let given_up: u64 = summary.iter().map(|row| row.count("gave_up")).sum();
+    if given_up > 0 {
+        say(&format!("{shown}: {} given up; the same command drives them again", counted(given_up, "drive")));
+    }
+    judge(args, experiment, folder, &summary)
 }
 
-/// Checks the results against the requirements of the caller.
-fn judge(args: &Args, summary: &[SummaryRow]) -> Result<(), Failure> {
-    if let Some(row) = summary.iter().find(|row| row.count("planner_error") > 0) {
-        let count = row.count("planner_error");
-        return Err(Failure::Run(format!(
-            "error: {} crashed in {}: see the column `message`",
-            row.stack,
-            counted(count, "episode")
-        )));
+/// Checks that nothing crashed and that the results are what the caller requires.
+fn judge(args: &Args, experiment: &Experiment, folder: &Path, summary: &[SummaryRow]) -> Result<(), Failure> {
+    let crashed = CRASHES.iter().map(|outcome| summary.iter().map(|row| row.count(outcome)).sum::<u64>()).sum::<u64>();
+    if crashed > 0 {
+        let first = first_crash(folder).map_err(Failure::run)?;
+        let shown = first.map_or_else(String::new, |row| {
+            let command = experiment.replay_command(row.point, row.episode, &row.stack);
+            format!(", the first: {}: {}\nhelp: {command}", row.outcome.name(), said(&row))
+        });
+        return Err(Failure::Run(format!("error: {} crashed{shown}", counted(crashed, "episode"))));
     }
+    check_required(args, summary)
+}
+
+/// Checks the success rates against those that are required.
+fn check_required(args: &Args, summary: &[SummaryRow]) -> Result<(), Failure> {
     let Some(required) = args.require_success else { return Ok(()) };
     let missed: Vec<String> = summary
         .iter()
@@ -261,6 +286,26 @@ fn judge(args: &Args, summary: &[SummaryRow]) -> Result<(), Failure> {
     }
 }
 
+/// The outcomes that are no result of a drive.
+const CRASHES: [&str; 2] = ["planner_error", "internal_error"];
+
+/// The first row that is no result of a drive.
+fn first_crash(folder: &Path) -> Result<Option<Row>, ResultsError> {
+    let path = folder.join(results::EPISODES_CSV);
+    let file = files::open(&path, u64::MAX).map_err(ResultsError::io("read", &path))?;
+    let read = || -> Result<Option<Row>, ReadError> {
+        results::Reader::new(BufReader::new(file))?
+            .find(|row| row.as_ref().is_ok_and(|row| row.outcome.is_crash()))
+            .transpose()
+    };
+    read().map_err(|source| ResultsError::Read { path, source })
+}
+
+/// What a row says went wrong, without the command that stands on a line of its own.
+fn said(row: &Row) -> &str {
+    row.outcome.message().split("; replay: ").next().unwrap_or_default()
+}
+
 /// Treatment of results that are in the folder already.
 pub(super) fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Continue }
@@ -275,13 +320,15 @@ pub(super) fn refused(error: ResultsError) -> Failure {
     }
 }
 
-/// Drives the missing blocks of a session, with a progress bar unless `quiet`; on every processor unless `threads` is given.
+/// Drives the missing blocks of a session, with a progress bar unless `quiet`; on every processor unless `threads` is given, in child
+/// processes if `isolation` says how.
 ///
 /// A signal ends it after the worlds in hand; what is there by then is shown unless `quiet`.
 pub(super) fn complete(
     session: Session<'_>,
     threads: Option<usize>,
     traces: Option<&Path>,
+    isolation: Option<&Isolation<'_>>,
     quiet: bool,
 ) -> Result<Vec<SummaryRow>, Failure> {
     let interrupt = Interrupt::listen()?;
@@ -293,12 +340,15 @@ pub(super) fn complete(
         }
     };
     stop();
-    let quiet_panics = QuietPanics::install();
     let threads = threads.unwrap_or_else(threads_available).max(1);
-    let result = session.run(threads, traces, || {
+    let after = || {
         bar.inc(1);
         stop();
-    });
+    };
+    let result = match isolation {
+        Some(isolation) => session.run_isolated(threads, isolation, after),
+        None => session.run(threads, traces, after),
+    };
     bar.finish_and_clear();
     result.map_err(Failure::run)?;
     let (folder, done, all) = (session.folder().to_owned(), session.blocks_done(), session.order().blocks());
@@ -320,7 +370,6 @@ pub(super) fn complete(
             return Err(Interrupt::failure(code, &format!("some traces are missing in {}", traces.display())));
         }
     }
-    drop(quiet_panics);
     if let Some(summary) = session.finish().map_err(Failure::run)? {
         return Ok(summary);
     }
@@ -350,20 +399,4 @@ fn progress_bar(quiet: bool, blocks: u64, done: u64) -> ProgressBar {
     bar.set_position(done);
     bar.reset_eta();
     bar
-}
-
-/// While it lives, a planner's panic is a row of the results and not a message on the terminal.
-struct QuietPanics;
-
-impl QuietPanics {
-    fn install() -> Self {
-        std::panic::set_hook(Box::new(|_| {}));
-        Self
-    }
-}
-
-impl Drop for QuietPanics {
-    fn drop(&mut self) {
-        let _ = std::panic::take_hook();
-    }
 }

@@ -1,5 +1,7 @@
 //! The arguments that name a scenario and change it, shared by the subcommands.
 
+use super::isolated::Isolate;
+use super::memory::MemoryLimit;
 use super::{Failure, colour};
 use crate::experiment::{Experiment, PrepareError};
 use crate::results::Manifest;
@@ -21,6 +23,8 @@ pub(super) struct Changes {
     /// Only this stack, by its name in the results (repeatable).
     #[arg(long = "stack", value_name = "NAME")]
     stacks: Vec<String>,
+    #[command(flatten)]
+    memory: MemoryLimit,
 }
 
 impl Changes {
@@ -37,6 +41,25 @@ impl Changes {
     /// Loads and checks the scenario in `source` with these changes, ready to run: a scenario file, or a folder of results, whose manifest
     /// holds the scenario.
     pub(super) fn load(&self, source: &Path) -> Result<Experiment, Failure> {
+        self.load_for(source, None, &Isolate::default())
+    }
+
+    /// The changes as arguments.
+    pub(super) fn arguments(&self) -> Vec<String> {
+        let set = self.set.iter().map(|edit| format!("--set={edit}"));
+        let episodes = self.episodes.iter().map(|episodes| format!("--episodes={episodes}"));
+        let seed = self.seed.iter().map(|seed| format!("--seed={seed}"));
+        let stacks = self.stacks.iter().map(|stack| format!("--stack={stack}"));
+        set.chain(episodes).chain(seed).chain(stacks).chain(self.memory.arguments()).collect()
+    }
+
+    /// The same for a run on so many threads; on every processor unless `threads` is given.
+    pub(super) fn load_for(
+        &self,
+        source: &Path,
+        threads: Option<usize>,
+        isolate: &Isolate,
+    ) -> Result<Experiment, Failure> {
         let refuse = |error: ScenarioError| Failure::Usage(error.render(colour()));
         let (file, recorded) = if source.is_dir() {
             let (file, manifest) = recorded(source)?;
@@ -51,15 +74,19 @@ impl Changes {
         let edits = self.set.iter().cloned().chain(numbers).map(|text| Edit::parse(&text));
         let edits = edits.collect::<Result<Vec<Edit>, _>>().map_err(refuse)?;
         let ran = recorded.map(|manifest| manifest.identity.stacks).unwrap_or_default();
+        let file = self.memory.set(file, threads, isolate);
         prepare(&file, &edits, if self.stacks.is_empty() { &ran } else { &self.stacks })
     }
 }
 
-/// Loads and checks several scenarios; what is wrong with each of them is told at once.
-pub(super) fn load_all(changes: &Changes, sources: &[PathBuf]) -> Result<Vec<Experiment>, Failure> {
+/// Loads and checks several scenarios, each as `load` does; what is wrong with each of them is told at once.
+pub(super) fn load_all(
+    sources: &[PathBuf],
+    load: impl Fn(&Path) -> Result<Experiment, Failure>,
+) -> Result<Vec<Experiment>, Failure> {
     let (mut experiments, mut refused) = (Vec::new(), Vec::new());
     for source in sources {
-        match changes.load(source) {
+        match load(source) {
             Ok(experiment) => experiments.push(experiment),
             Err(Failure::Usage(message)) => refused.push(message),
             Err(other) => return Err(other),

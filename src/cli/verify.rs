@@ -58,7 +58,7 @@ fn verify_tables(folder: &Path) -> Result<(), Failure> {
 
 fn run(experiment: &Experiment, folder: &Path, threads: usize) -> Result<(), Failure> {
     let session = Session::open(experiment, folder, Existing::Replace).map_err(refused)?;
-    complete(session, Some(threads), None, true).map(|_| ())
+    complete(session, Some(threads), None, None, true).map(|_| ())
 }
 
 /// A folder that is gone afterwards.

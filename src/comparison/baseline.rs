@@ -3,7 +3,6 @@
 use super::pair::correct;
 use super::{ALPHA, Comparison, Gate, Section, StackRows, compare_pairs};
 use crate::analysis::Better;
-use crate::episode::Outcome;
 use crate::results::metric_column;
 use crate::settings::quantity::counted;
 
@@ -87,8 +86,7 @@ pub fn compare_baseline(old: &[Section], new: &[Section], gate: &Gate) -> Result
                 if now.trace_digest != row.trace_digest || now.outcome != row.outcome {
                     result.moved.push((section.point, before.name.clone(), row.episode));
                 }
-                let crashed = |outcome: &Outcome| matches!(outcome, Outcome::PlannerError { .. });
-                crashes += u64::from(crashed(&now.outcome) && !crashed(&row.outcome));
+                crashes += u64::from(now.outcome.is_crash() && !row.outcome.is_crash());
             }
             if crashes > 0 {
                 result.regressions.push(format!(

@@ -165,7 +165,7 @@ pub(crate) mod tests {
         let section = section(&[("a", "sssfi", &[1.0, 2.0, 4.0, 9.0])]);
         let report = analyse(&section, &Pairing::default()).unwrap();
         let a = &report.stacks[0];
-        assert_eq!((a.n, a.rated, a.outcomes), (5, 4, [3, 0, 1, 0, 0, 0, 1]));
+        assert_eq!((a.n, a.rated, a.outcomes), (5, 4, [3, 0, 1, 0, 0, 0, 0, 0, 1]));
         // Wilson's interval of 3 of 4, by the formula: (0.75 + z²/8 ± z √(0.75·0.25/4 + z²/64)) / (1 + z²/4).
         let Rate { rate, low, high } = a.success.unwrap();
         assert!(rate == 0.75 && (low - 0.300_642).abs() < 1e-5 && (high - 0.954_413).abs() < 1e-5, "{low} {high}");

@@ -81,6 +81,18 @@ outcomes! {
         /// Which planner, and what it said.
         message: String,
     } => "planner_error", rated;
+    /// A fault of simrun itself: generation of the world, physics, metrics or the writing of the row panicked, or the process that
+    /// drove the episode died. It says nothing about the stack and is left out of rates.
+    InternalError {
+        /// What panicked, and the command that drives exactly this episode again.
+        message: String,
+    } => "internal_error", unrated;
+    /// The process that drove the episode was stopped after the time that the user allows; left out of rates, and driven again when
+    /// the run goes on. The one outcome that depends on the machine.
+    GaveUp {
+        /// After how long.
+        message: String,
+    } => "gave_up", unrated;
     /// No feasible world was found within the bound of the generator; left out of rates.
     InfeasibleWorld {
         /// What could not be placed.
@@ -99,6 +111,11 @@ impl Outcome {
         *self == Self::Success
     }
 
+    /// Whether the program or a planner failed, not the robot.
+    pub fn is_crash(&self) -> bool {
+        matches!(self, Self::PlannerError { .. } | Self::InternalError { .. })
+    }
+
     /// Its place in [`Self::NAMES`].
     pub fn index(&self) -> usize {
         let index = Self::NAMES.iter().position(|name| *name == self.name());
@@ -110,7 +127,7 @@ impl Outcome {
 mod tests {
     use super::*;
 
-    fn all() -> [Outcome; 7] {
+    fn all() -> [Outcome; 9] {
         let message = || "said so".to_owned();
         [
             Outcome::Success,
@@ -119,6 +136,8 @@ mod tests {
             Outcome::Stuck,
             Outcome::NoPath { message: message() },
             Outcome::PlannerError { message: message() },
+            Outcome::InternalError { message: message() },
+            Outcome::GaveUp { message: message() },
             Outcome::InfeasibleWorld { message: message() },
         ]
     }
@@ -135,9 +154,10 @@ mod tests {
     }
 
     #[test]
-    fn only_a_world_that_does_not_exist_is_left_out_of_rates() {
-        let rated = all().iter().filter(|outcome| outcome.is_rated()).count();
-        assert!(rated == 6 && !all()[6].is_rated());
+    fn what_says_nothing_about_the_stack_is_left_out_of_rates() {
+        let unrated: Vec<&str> = Outcome::NAMES[6..].to_vec();
+        assert_eq!(unrated, ["internal_error", "gave_up", "infeasible_world"]);
+        assert!(all().iter().all(|outcome| outcome.is_rated() != unrated.contains(&outcome.name())));
         assert_eq!(all().iter().filter(|outcome| outcome.is_success()).count(), 1);
         assert_eq!((all()[4].message(), all()[1].message()), ("said so", ""));
     }

@@ -1,10 +1,12 @@
 //! Driving: the stacks of a point through the world of one episode.
 
+use super::fault::{Fault, Phase, guarded};
 use super::{Experiment, RunError, Setup, StackHere, Surroundings};
 use crate::clock::Stopwatch;
 use crate::episode::{Outcome, Record, Recording, Runner, Setting, Timings, watch};
 use crate::geometry::Vec2;
-use crate::metrics::{self, Metrics};
+use crate::guard::guard;
+use crate::metrics::{self, Metrics, StateTime};
 use crate::plan::PlanningGrid;
 use crate::plan::contract::Problem;
 use crate::plan::global::GlobalChoice;
@@ -34,8 +36,41 @@ pub struct Drive {
     pub recording: Recording,
 }
 
+impl Worker {
+    /// The worker at a point, whose stacks it builds anew when the point is another.
+    fn at(&mut self, point: u32, setup: &Setup) -> &mut Self {
+        if self.point != point {
+            self.point = point;
+            self.drop_stacks();
+        }
+        self.stacks.resize_with(setup.stacks.len(), || None);
+        self
+    }
+
+    /// Throws away whatever a panic may have left half done.
+    fn renew(&mut self) {
+        self.runner = Runner::default();
+        self.drop_stacks();
+    }
+
+    /// A planner's panic as it is dropped costs no row: all of them are made.
+    fn drop_stacks(&mut self) {
+        for stack in self.stacks.drain(..) {
+            let _ = guard(|| drop(stack));
+        }
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.drop_stacks();
+    }
+}
+
 impl Experiment {
     /// Drives every stack of a point through the world of one episode; writes the trace of each to the folder `traces` if given.
+    ///
+    /// A panic anywhere in it is a row: `planner_error` where a planner ran, else `internal_error`.
     ///
     /// # Errors
     /// If a trace cannot be written.
@@ -46,54 +81,100 @@ impl Experiment {
         episode: u64,
         traces: Option<&Path>,
     ) -> Result<Vec<Answer>, RunError> {
+        let mut answers = Vec::with_capacity(self.stacks(point).len());
+        self.drive_block(worker, (point, episode, 0), traces, |answer| {
+            answers.extend(answer);
+            true
+        })?;
+        Ok(answers)
+    }
+
+    /// Drives the stacks of a block, (point, episode), from the stack `from` on. Hands each answer to `each`, and `None` as soon as the
+    /// world is there; ends when that says no.
+    pub(super) fn drive_block(
+        &self,
+        worker: &mut Worker,
+        (point, episode, from): (u32, u64, usize),
+        traces: Option<&Path>,
+        mut each: impl FnMut(Option<Answer>) -> bool,
+    ) -> Result<(), RunError> {
         let clock = Stopwatch::start();
         let setup = &self.points[point as usize];
-        let scene = self.scene(point, episode);
-        let ways = scene.as_ref().map(|scene| setup.ways(scene)).unwrap_or_default();
+        let world = guarded(Phase::WorldGeneration, || self.world(point, episode));
         let world_s = clock.elapsed_s();
-        if worker.point != point {
-            (worker.point, worker.stacks) = (point, Vec::new());
+        if !each(None) {
+            return Ok(());
         }
-        worker.stacks.resize_with(setup.stacks.len(), || None);
-        let mut answers = Vec::with_capacity(setup.stacks.len());
-        for (index, here) in setup.stacks.iter().enumerate() {
-            let Worker { runner, stacks, .. } = &mut *worker;
-            answers.push(match &scene {
-                Ok(scene) => {
-                    let measured =
-                        setup.drive(setup.seed(episode), scene, ways, &here.spec, &mut stacks[index], runner);
-                    let row = self.row(point, here, episode, measured);
-                    if let Some(folder) = traces {
-                        self.write_trace(folder, &row, scene, &runner.record.trace)?;
+        for index in from..setup.stacks.len() {
+            let at = (point, episode, index);
+            let mut answer = match &world {
+                Ok(Ok(world)) => {
+                    let driven =
+                        self.answer(worker.at(point, setup), index, world, episode).and_then(|(row, states)| {
+                            let timing = timing(&mut worker.runner.record.timings);
+                            let answer = Answer { row, states, timing };
+                            let written =
+                                guarded(Phase::Encoding, || self.write(&answer, traces, &world.scene, worker))?;
+                            Ok(written.map(|()| answer))
+                        });
+                    match driven {
+                        Ok(answer) => answer?,
+                        Err(fault) => {
+                            worker.renew();
+                            self.faulty(&fault, at, Some(world.digest))
+                        }
                     }
-                    let states = metrics::states(&runner.record.trace, setup.dt_s());
-                    Answer { row, states, timing: timing(world_s, &mut runner.record.timings) }
                 }
-                Err(infeasible) => {
-                    let outcome = Outcome::InfeasibleWorld { message: infeasible.message.clone() };
-                    let measured = Measured { outcome, metrics: Metrics::default(), digests: None };
-                    let row = self.row(point, here, episode, measured);
-                    Answer { row, states: Vec::new(), timing: Timing { world_s, ..Timing::default() } }
+                Ok(Err(infeasible)) => {
+                    self.undriven(Outcome::InfeasibleWorld { message: infeasible.message.clone() }, at, None)
                 }
-            });
+                Err(fault) => self.faulty(fault, at, None),
+            };
+            answer.timing.world_s += world_s;
+            if !each(Some(answer)) {
+                return Ok(());
+            }
         }
-        Ok(answers)
+        Ok(())
+    }
+
+    /// The answer for a stack, (point, episode, its number), that has not been driven to an end.
+    pub(super) fn undriven(
+        &self,
+        outcome: Outcome,
+        (point, episode, stack): (u32, u64, usize),
+        world: Option<Digest>,
+    ) -> Answer {
+        let measured = Measured { outcome, metrics: Metrics::default(), world, trace: None };
+        let row = self.row(point, &self.points[point as usize].stacks[stack], episode, measured);
+        Answer { row, states: Vec::new(), timing: Timing::default() }
+    }
+
+    /// The answer for a stack, (point, episode, its number), that a fault of simrun has cost.
+    pub(super) fn faulty(&self, fault: &Fault, at: (u32, u64, usize), world: Option<Digest>) -> Answer {
+        let (point, episode, stack) = at;
+        let name = &self.points[point as usize].stacks[stack].spec.name;
+        let message = format!("{fault}; replay: {}", self.replay_in_folder(point, episode, name));
+        self.undriven(Outcome::InternalError { message }, at, world)
     }
 
     /// Drives one stack of a point through one episode and records it in full.
     ///
     /// # Errors
     /// If the episode has no feasible world.
+    ///
+    /// # Panics
+    /// If the world or the row of a drive cannot be made because of a fault of simrun itself.
     pub fn drive_one(&self, point: u32, episode: u64, stack_index: usize) -> Result<Drive, Infeasible> {
-        let scene = self.scene(point, episode)?;
-        let mut runner = Runner::in_full();
+        let world = self.world(point, episode)?;
+        let mut worker = Worker::default();
+        worker.runner = Runner::in_full();
         let setup = &self.points[point as usize];
-        let here = &setup.stacks[stack_index];
-        let measured = setup.drive(setup.seed(episode), &scene, setup.ways(&scene), &here.spec, &mut None, &mut runner);
-        let outcome = measured.outcome.clone();
-        let row = self.row(point, here, episode, measured);
-        let Record { trace, detail, .. } = runner.record;
-        let recording = Recording { outcome, trace, detail: detail.unwrap_or_default(), ..setup.unrecorded(scene) };
+        let answered = self.answer(worker.at(point, setup), stack_index, &world, episode);
+        let (row, _) = answered.unwrap_or_else(|fault| panic!("{fault}"));
+        let Record { trace, detail, .. } = core::mem::take(&mut worker.runner.record);
+        let (outcome, detail) = (row.outcome.clone(), detail.unwrap_or_default());
+        let recording = Recording { outcome, trace, detail, ..setup.unrecorded(world.scene) };
         Ok(Drive { row, recording })
     }
 
@@ -109,6 +190,57 @@ impl Experiment {
         let ticks = (lasts_s / setup.dt_s()).round() as u32;
         let trace = watch(&recording.scene, &recording.robot, &setup.conditions(setup.seed(episode)), ticks);
         Ok(Recording { trace, ..recording })
+    }
+
+    /// Drives a stack through a world and measures what came of it.
+    fn answer(
+        &self,
+        worker: &mut Worker,
+        index: usize,
+        world: &Drawn,
+        episode: u64,
+    ) -> Result<(Row, Vec<StateTime>), Fault> {
+        let point = worker.point;
+        let setup = &self.points[point as usize];
+        let here = &setup.stacks[index];
+        let Worker { runner, stacks, .. } = worker;
+        let outcome = guarded(Phase::Drive, || {
+            self.enter(Phase::Drive, episode);
+            setup.drive(setup.seed(episode), world, &here.spec, &mut stacks[index], runner)
+        })?;
+        if let Outcome::InternalError { message } = outcome {
+            return Err(Fault { phase: Phase::Drive, message });
+        }
+        guarded(Phase::Metrics, || {
+            self.enter(Phase::Metrics, episode);
+            let trace = &runner.record.trace;
+            let measured = setup.measure(world, trace, outcome);
+            (self.row(point, here, episode, measured), metrics::states(trace, setup.dt_s()))
+        })
+    }
+
+    /// Tries whether an answer can be written, and writes its trace if it is asked for.
+    fn write(&self, answer: &Answer, traces: Option<&Path>, scene: &Scene, worker: &Worker) -> Result<(), RunError> {
+        self.enter(Phase::Encoding, answer.row.episode);
+        answer.assert_writable();
+        match traces {
+            Some(folder) => self.write_trace(folder, &answer.row, scene, &worker.runner.record.trace),
+            None => Ok(()),
+        }
+    }
+
+    fn enter(&self, phase: Phase, episode: u64) {
+        if let Some(probe) = self.probe {
+            probe(phase, episode);
+        }
+    }
+
+    /// The world of one episode at a point, with what all its stacks share.
+    fn world(&self, point: u32, episode: u64) -> Result<Drawn, Infeasible> {
+        self.enter(Phase::WorldGeneration, episode);
+        let scene = self.scene(point, episode)?;
+        let ways = self.points[point as usize].ways(&scene);
+        Ok(Drawn { ways, digest: Digest(scene.digest()), scene })
     }
 
     /// The world of one episode at a point.
@@ -131,7 +263,7 @@ impl Experiment {
 
     fn row(&self, point: u32, here: &StackHere, episode: u64, measured: Measured) -> Row {
         let StackHere { spec, values } = here;
-        let Measured { outcome, metrics, digests } = measured;
+        let Measured { outcome, metrics, world, trace } = measured;
         Row {
             scenario: self.scenario.name.to_string(),
             point,
@@ -143,8 +275,8 @@ impl Experiment {
             seed: self.scenario.seed,
             outcome,
             metrics,
-            world_digest: digests.map(|(world, _)| world),
-            trace_digest: digests.map(|(_, trace)| trace),
+            world_digest: world,
+            trace_digest: trace,
             swept: values.clone(),
         }
     }
@@ -157,10 +289,9 @@ impl Experiment {
 
     /// The header of the trace of a row.
     pub fn trace_header(&self, row: &Row) -> Header {
-        let (scenario, edits) = self.origin.clone();
         Header {
-            scenario,
-            edits,
+            scenario: self.origin.file.display().to_string(),
+            edits: self.origin.edits.clone(),
             seed: row.seed,
             point: row.point,
             episode: row.episode,
@@ -235,11 +366,19 @@ fn grid_way_m(scene: &Scene) -> f64 {
     way_m
 }
 
+/// The world of a block, with what its stacks share.
+struct Drawn {
+    scene: Scene,
+    ways: Ways,
+    digest: Digest,
+}
+
 /// Result of an episode, with the digests of world and trace.
 struct Measured {
     outcome: Outcome,
     metrics: Metrics,
-    digests: Option<(Digest, Digest)>,
+    world: Option<Digest>,
+    trace: Option<Digest>,
 }
 
 impl Setup {
@@ -299,41 +438,45 @@ impl Setup {
     fn drive(
         &self,
         seed: EpisodeSeed,
-        scene: &Scene,
-        ways: Ways,
+        world: &Drawn,
         spec: &StackSpec,
         slot: &mut Option<Stack>,
         runner: &mut Runner,
-    ) -> Measured {
+    ) -> Outcome {
         let scenario = &self.scenario;
         let conditions = self.conditions(seed);
         let stack = slot.get_or_insert_with(|| spec.build(&scenario.planning));
-        let termination = &scenario.termination;
-        let (robot, way_m) = (&self.surroundings.robot, ways.way_m);
-        let outcome = runner.run(Setting { scene, robot, conditions: &conditions, termination, way_m }, stack);
-        if matches!(outcome, Outcome::PlannerError { .. }) {
-            *slot = None;
+        let (robot, termination, way_m) = (&self.surroundings.robot, &scenario.termination, world.ways.way_m);
+        let setting = Setting { scene: &world.scene, robot, conditions: &conditions, termination, way_m };
+        let outcome = runner.run(setting, stack);
+        if outcome.is_crash() {
+            let broken = slot.take();
+            let _ = guard(|| drop(broken));
         }
-        let trace = &runner.record.trace;
+        outcome
+    }
+
+    fn measure(&self, world: &Drawn, trace: &Trace, outcome: Outcome) -> Measured {
         let measured = metrics::Episode {
-            scene,
-            robot,
+            scene: &world.scene,
+            robot: &self.surroundings.robot,
             trace,
             success: outcome == Outcome::Success,
-            goal_tolerance_m: scenario.termination.goal_tolerance_m.get(),
+            goal_tolerance_m: self.scenario.termination.goal_tolerance_m.get(),
             dt_s: self.dt_s(),
-            shortest_m: ways.shortest_m,
+            shortest_m: world.ways.shortest_m,
         };
         Measured {
-            metrics: metrics::measure(measured, &scenario.metrics),
-            digests: Some((Digest(scene.digest()), Digest(trace::digest(trace)))),
+            metrics: metrics::measure(measured, &self.scenario.metrics),
+            world: Some(world.digest),
+            trace: Some(Digest(trace::digest(trace))),
             outcome,
         }
     }
 }
 
 /// The times of one row.
-fn timing(world_s: f64, timings: &mut Timings) -> Timing {
+fn timing(timings: &mut Timings) -> Timing {
     let local_s = &mut timings.local_s;
     local_s.sort_unstable_by(f64::total_cmp);
     let quantile = |q: f64| {
@@ -341,7 +484,7 @@ fn timing(world_s: f64, timings: &mut Timings) -> Timing {
         local_s.get((q * last as f64).round() as usize).copied().unwrap_or_default()
     };
     Timing {
-        world_s: world_s + timings.world_s,
+        world_s: timings.world_s,
         global_s: timings.global_s,
         local_p50_s: quantile(0.5),
         local_p99_s: quantile(0.99),

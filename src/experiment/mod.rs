@@ -6,15 +6,20 @@
 
 mod differences;
 mod drive;
+mod fault;
+mod isolate;
 mod pool;
 mod session;
 
 pub use drive::{Drive, Worker};
+pub use fault::Phase;
+pub use isolate::{Isolation, serve};
 pub use pool::{in_order, on_threads, threads_available};
 pub use session::{Session, Untraced};
 
 use crate::digest::Digest;
 use crate::files;
+use crate::guard::guard;
 use crate::map::{MapError, OccupancyGrid};
 use crate::plan::stack::StackSpec;
 use crate::results::{self, Identity, Order, ResultsError, StackAt};
@@ -23,6 +28,7 @@ use crate::robot::Robot;
 use crate::scenario::{Edit, Scenario, ScenarioError, ScenarioFile, SweepPoint};
 use crate::settings::choice::NameError;
 use crate::world::{SceneError, SceneSpec, StaticMap};
+use fault::Origin;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -37,11 +43,14 @@ pub struct Experiment {
     base_dir: PathBuf,
     /// FNV-1a hash of every file that the scenario names at any point.
     files: BTreeMap<String, String>,
-    /// File of the scenario and edits made to it, for traces; the scenario's name if it has no file.
-    origin: (String, Vec<String>),
+    origin: Origin,
     /// Hash of the scenario with every default but the number of episodes, for traces.
     settings_hash: String,
+    probe: Option<Probe>,
 }
+
+/// Called at the beginning of each part of a work item, with the number of the episode.
+pub type Probe = fn(Phase, u64);
 
 /// The stacks that run at one point of the sweep; a scenario without a sweep is one point.
 #[derive(Debug)]
@@ -93,6 +102,12 @@ pub enum RunError {
     /// The results could not be written.
     #[error(transparent)]
     Results(#[from] ResultsError),
+    /// A child process cannot go on, or cannot begin.
+    #[error("{message}")]
+    Child {
+        /// What happened.
+        message: String,
+    },
     /// A trace could not be written.
     #[error("cannot write the trace `{}`: {source}", path.display())]
     Trace {
@@ -176,7 +191,7 @@ impl Experiment {
             setups.push(Setup { stacks, surroundings, values: point.values, scenario: point.scenario });
         }
         assert!(!setups.is_empty(), "an experiment has at least one point");
-        let origin = (scenario.name.to_string(), Vec::new());
+        let origin = Origin { file: PathBuf::from(scenario.name.as_str()), edits: Vec::new() };
         let settings_hash = results::settings_hash(&scenario.to_yaml());
         // What was read is what the identity says, although others may write meanwhile.
         let now = digests(setups.iter().map(|setup| &setup.scenario), base_dir);
@@ -191,6 +206,7 @@ impl Experiment {
             files,
             origin,
             settings_hash,
+            probe: None,
         })
     }
 
@@ -201,8 +217,40 @@ impl Experiment {
     pub fn load(file: &ScenarioFile, edits: &[Edit]) -> Result<Self, PrepareError> {
         let scenario = file.read(edits)?;
         let points = file.points(&scenario, edits)?;
-        let origin = (file.path().display().to_string(), edits.iter().map(|edit| edit.argument().to_owned()).collect());
-        Ok(Self { origin, ..Self::new(scenario, points, file.folder())? })
+        let mut experiment = Self::new(scenario, points, file.folder())?;
+        experiment.origin = Origin::new(file.path().to_owned(), edits);
+        Ok(experiment)
+    }
+
+    /// Has `probe` called at the beginning of each part of every work item. For tests: it may panic, as any of them may.
+    #[doc(hidden)]
+    pub fn set_probe(&mut self, probe: Probe) {
+        self.probe = Some(probe);
+    }
+
+    /// The command that drives one stack through one episode as this run does, with the file named as it was when this was loaded.
+    pub fn replay_command(&self, point: u32, episode: u64, stack: &str) -> String {
+        self.replay(&self.origin.file.display().to_string(), point, episode, stack)
+    }
+
+    /// The same from the scenario's own folder, which is the same text for everybody who runs it.
+    fn replay_in_folder(&self, point: u32, episode: u64, stack: &str) -> String {
+        let name = self.origin.file.file_name().unwrap_or_default();
+        self.replay(&name.to_string_lossy(), point, episode, stack)
+    }
+
+    fn replay(&self, file: &str, point: u32, episode: u64, stack: &str) -> String {
+        let mut command = format!("simrun run {}", fault::quoted(file));
+        if !self.swept.is_empty() {
+            command += &format!(" --point {point}");
+        }
+        command += &format!(" --episode {episode} --stack {} --seed {}", fault::quoted(stack), self.scenario.seed);
+        // The seed has an option of its own, and how many episodes there are changes none of them.
+        let is_told = |edit: &&String| !edit.starts_with("episodes=") && !edit.starts_with("seed=");
+        for edit in self.origin.edits.iter().filter(is_told) {
+            command += &format!(" --set {}", fault::quoted(edit));
+        }
+        command
     }
 
     /// What the file of the scenario's map says that was not used, or should be looked at, in words.
@@ -248,11 +296,14 @@ impl Experiment {
     /// Whether the episodes of a point are copies of one another because nothing in it is random: the worlds of the first two are the same,
     /// and so is all that the first stack does in them.
     pub fn repeats(&self, point: u32) -> bool {
-        let digest = |episode: u64| self.scene(point, episode).ok().map(|scene| scene.digest());
+        // What panics is found out by the run, and no copy of anything.
+        let digest = |episode: u64| guard(|| self.scene(point, episode).ok().map(|scene| scene.digest())).ok();
         if self.scenario_at(point).episodes.get() < 2 || self.stacks(point).len() == 0 || digest(0) != digest(1) {
             return false;
         }
-        let trace = |episode: u64| self.drive_one(point, episode, 0).ok().and_then(|drive| drive.row.trace_digest);
+        let trace = |episode: u64| {
+            guard(|| self.drive_one(point, episode, 0)).ok()?.ok().and_then(|drive| drive.row.trace_digest)
+        };
         trace(0).is_some() && trace(0) == trace(1)
     }
 

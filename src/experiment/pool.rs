@@ -7,13 +7,15 @@ pub fn threads_available() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// The answers of `work`, run on `threads` threads at once, the caller's own included, whose answer comes first.
+/// The answers of `work`, run on `threads` threads at once, the caller's own included, whose answer comes first; on fewer where
+/// the system has no room for so many.
 ///
 /// # Panics
 /// If `work` does, after the other threads have ended.
 pub fn on_threads<T: Send>(threads: usize, work: impl Fn() -> T + Sync) -> Vec<T> {
     std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(&work)).collect();
+        let start = |_| std::thread::Builder::new().spawn_scoped(scope, &work).ok();
+        let others: Vec<_> = (1..threads).map_while(start).collect();
         let mut answers = vec![work()];
         answers.extend(
             others.into_iter().map(|other| other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))),

@@ -1,9 +1,12 @@
 //! One run of an experiment: opened, driven, finished. `run`, `reproduce` and `verify` share it.
 
+use super::isolate::{Isolated, Isolation};
 use super::pool::on_threads;
 use super::{Experiment, RunError, Worker};
 use crate::files;
-use crate::results::{Digest, EPISODES_CSV, Existing, Journal, Opened, Order, Reader, ResultsError, SummaryRow};
+use crate::results::{
+    Answer, Digest, EPISODES_CSV, Existing, Journal, Opened, Order, Reader, ResultsError, SummaryRow,
+};
 use std::io::BufReader;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -65,15 +68,45 @@ impl<'e> Session<'e> {
     /// # Errors
     /// If a row or a trace cannot be written. Rows written before stay, and the same run goes on from there.
     pub fn run(&self, threads: usize, traces: Option<&Path>, after: impl Fn() + Sync) -> Result<(), RunError> {
-        let work = || -> Result<(), RunError> {
+        self.drive(threads, after, || {
             let mut worker = Worker::default();
+            move |point, episode| self.experiment.run_block(&mut worker, point, episode, traces)
+        })
+    }
+
+    /// As [`Self::run`], in child processes, one for each thread; they write traces themselves if their command says so.
+    ///
+    /// # Errors
+    /// As [`Self::run`], and if a child cannot be started or has read another scenario.
+    pub fn run_isolated(
+        &self,
+        threads: usize,
+        isolation: &Isolation<'_>,
+        after: impl Fn() + Sync,
+    ) -> Result<(), RunError> {
+        self.drive(threads, after, || {
+            let mut isolated = Isolated::new(self.experiment, isolation);
+            move |point, episode| isolated.run_block(point, episode)
+        })
+    }
+
+    /// Drives the missing blocks; each thread makes its own driver.
+    fn drive<D>(&self, threads: usize, after: impl Fn() + Sync, driver: impl Fn() -> D + Sync) -> Result<(), RunError>
+    where
+        D: FnMut(u32, u64) -> Result<Vec<Answer>, RunError>,
+    {
+        let work = || -> Result<(), RunError> {
+            let mut drive = driver();
             while let Some(block) = self.journal.take() {
-                let answers = self.experiment.run_block(&mut worker, block.point(), block.episode(), traces)?;
+                let answers = drive(block.point(), block.episode())?;
                 self.journal.submit(block, &answers)?;
                 after();
             }
             Ok(())
         };
+        // More threads than blocks would only be started and ended.
+        let missing = self.order().blocks() - self.blocks_done();
+        let threads = threads.min(usize::try_from(missing).unwrap_or(usize::MAX));
         on_threads(threads, work).into_iter().collect()
     }
 

@@ -1,6 +1,7 @@
 //! Experiments in small worlds, without the command line.
 
 use super::*;
+use crate::metrics::Metrics;
 use crate::results::{EPISODES_CSV, Existing, Opened, Row, STATES_CSV, SUMMARY_CSV};
 use std::collections::BTreeSet;
 
@@ -10,12 +11,12 @@ map: {random: {cols: 12, rows: 12, obstacles: 12}}
 obstacles: {moving: [random: {count: 1}]}
 stacks: {global: [a_star, dijkstra], local: [dwa, pure_pursuit]}
 termination: {timeout_s: 40}
-episodes: 2
 seed: 5
 ";
 
 fn experiment(more: &str) -> Experiment {
-    let file = ScenarioFile::from_text("small.yaml", format!("{BASE}{more}"));
+    let episodes = if more.contains("episodes:") { "" } else { "episodes: 2\n" };
+    let file = ScenarioFile::from_text("small.yaml", format!("{BASE}{episodes}{more}"));
     Experiment::load(&file, &[]).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -169,4 +170,92 @@ fn the_times_of_the_states_add_up_to_the_time_of_the_episode() {
         assert!((sum_s - answer.row.metrics.time_s.unwrap()).abs() < 1e-9, "{answer:?}");
         assert!(answer.states.iter().all(|state| state.entries > 0));
     }
+}
+
+/// An experiment whose parts `probe` enters first.
+fn faulty(more: &str, probe: Probe) -> Experiment {
+    let mut experiment = experiment(more);
+    experiment.set_probe(probe);
+    experiment
+}
+
+fn run_to_the_end(experiment: &Experiment, folder: &Path) -> Vec<Row> {
+    let session = Session::open(experiment, folder, Existing::Replace).unwrap();
+    session.run(2, None, || {}).unwrap();
+    session.finish().unwrap().unwrap();
+    let table = std::fs::read(folder.join(EPISODES_CSV)).unwrap();
+    results::Reader::new(table.as_slice()).unwrap().map(Result::unwrap).collect()
+}
+
+#[test]
+fn a_panic_in_any_part_of_a_work_item_is_a_row_that_names_it_and_the_run_goes_on() {
+    let probes: [(Phase, Probe); 4] = [
+        (Phase::WorldGeneration, |phase, episode| {
+            assert!((phase, episode) != (Phase::WorldGeneration, 1), "no ground")
+        }),
+        (Phase::Drive, |phase, episode| assert!((phase, episode) != (Phase::Drive, 1), "no wheels")),
+        (Phase::Metrics, |phase, episode| assert!((phase, episode) != (Phase::Metrics, 1), "no ruler")),
+        (Phase::Encoding, |phase, episode| assert!((phase, episode) != (Phase::Encoding, 1), "no pen")),
+    ];
+    let scratch = tempfile::tempdir().unwrap();
+    let healthy = run_to_the_end(&experiment("episodes: 3"), &scratch.path().join("healthy"));
+    for (phase, probe) in probes {
+        let experiment = faulty("episodes: 3", probe);
+        let rows = run_to_the_end(&experiment, &scratch.path().join(phase.name()));
+        assert_eq!(rows.len(), healthy.len());
+        for (row, healthy) in rows.iter().zip(&healthy) {
+            if row.episode != 1 {
+                assert_eq!(row, healthy, "{phase:?}");
+                continue;
+            }
+            let said = row.outcome.message();
+            assert_eq!(row.outcome.name(), "internal_error", "{phase:?}");
+            assert!(said.starts_with(&format!("{}: no ", phase.name())), "{said}");
+            assert!(said.contains(" (src/experiment/tests.rs:"), "{said}");
+            let command = format!("; replay: simrun run small.yaml --episode 1 --stack {} --seed 5", row.stack);
+            assert!(said.ends_with(&command), "{said}");
+            // The world is still the world, unless it is what failed.
+            assert_eq!(row.world_digest, healthy.world_digest.filter(|_| phase != Phase::WorldGeneration), "{phase:?}");
+            assert!(row.trace_digest.is_none() && row.metrics == Metrics::default());
+        }
+        let summary = results::summarise(
+            std::fs::read(scratch.path().join(phase.name()).join(EPISODES_CSV)).unwrap().as_slice(),
+            3,
+        );
+        assert!(summary.unwrap().iter().all(|row| (row.n, row.rated, row.count("internal_error")) == (3, 2, 1)));
+    }
+}
+
+#[test]
+fn the_command_of_a_row_names_point_and_edits_so_that_a_shell_hands_them_on() {
+    let file =
+        ScenarioFile::from_text("some where/it.yaml", format!("{BASE}sweep: {{limits.speed_max_mps: [0.5, 1]}}"));
+    let edits =
+        ["episodes=9", "seed=8", "stacks.local=[dwa]", "robot.radius_m=0.2"].map(|text| Edit::parse(text).unwrap());
+    let experiment = Experiment::load(&file, &edits).unwrap();
+    assert_eq!(
+        experiment.replay_command(1, 7, "a_star+dwa"),
+        "simrun run 'some where/it.yaml' --point 1 --episode 7 --stack a_star+dwa --seed 8 \
+         --set 'stacks.local=[dwa]' --set robot.radius_m=0.2"
+    );
+}
+
+#[test]
+fn a_worker_that_has_met_a_fault_drives_on_as_a_new_one() {
+    let experiment = faulty("", |phase, episode| assert!((phase, episode) != (Phase::Metrics, 1), "no ruler"));
+    let mut worker = Worker::default();
+    for episode in [0, 1, 0] {
+        let used = experiment.run_block(&mut worker, 0, episode, None).unwrap();
+        let used: Vec<Row> = used.into_iter().map(|answer| answer.row).collect();
+        assert_eq!(used, rows(&experiment, 0, episode));
+    }
+}
+
+#[test]
+fn many_more_threads_than_blocks_are_as_good_as_few() {
+    let scratch = tempfile::tempdir().unwrap();
+    let experiment = experiment("");
+    let session = Session::open(&experiment, scratch.path(), Existing::Replace).unwrap();
+    session.run(100_000, None, || {}).unwrap();
+    assert_eq!(session.finish().unwrap().unwrap().len(), 4);
 }

@@ -24,7 +24,7 @@ pub use kind::{Entry, Generator, MapKind};
 pub use map_seed::MapSeed;
 
 use crate::rng::EpisodeSeed;
-use crate::settings::registry;
+use crate::settings::{RESOLUTION_M, registry};
 use file::FileFormat;
 use schemars::{Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, StrDeserializer};
@@ -39,9 +39,6 @@ pub const SIDE_MAX: usize = 16_384;
 /// Largest number of bytes of a file that draws a map with characters: the largest map with two characters for the end of a line, and
 /// room for a header.
 pub(crate) const DRAWING_BYTES_MAX: u64 = (SIDE_MAX * (SIDE_MAX + 2) + 1024) as u64;
-
-/// Sides of a cell that maps may have, m: beyond them distances in cells leave the range of whole numbers, and no robot drives there.
-const RESOLUTION_M: core::ops::RangeInclusive<f64> = 1e-4..=1e4;
 
 /// Refuses a map whose cells are too small or too large to be meant.
 fn check_resolution(grid: &OccupancyGrid) -> Result<(), MapError> {

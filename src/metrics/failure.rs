@@ -43,7 +43,7 @@ pub enum Cause {
     HeldByKnown,
     /// The robot was still driving at the time-out.
     UnderWay,
-    /// No path, a crash of a planner, no feasible world: the outcome says it all.
+    /// No path, a crash, no feasible world: the outcome says it all.
     NeverDrove,
 }
 
@@ -72,7 +72,7 @@ impl Cause {
             Self::HeldByUnknown => "the robot got stuck beside an obstacle that is not on its map",
             Self::HeldByKnown => "the robot got stuck among known obstacles",
             Self::UnderWay => "the time was up while the robot was under way",
-            Self::NeverDrove => "no drive: no path, no feasible world, or a crash of a planner",
+            Self::NeverDrove => "no drive: no path, no feasible world, or a crash",
         }
     }
 }
@@ -87,7 +87,11 @@ pub fn cause(scene: &Scene, radius_m: f64, outcome: &Outcome, trace: &Trace, dt_
         Outcome::Collision { with: ObstacleKind::Dynamic, at_rest: false } => collision(scene, radius_m, trace, dt_s),
         Outcome::Collision { .. } => Cause::StaticContact,
         Outcome::Timeout | Outcome::Stuck => held(scene, trace, dt_s),
-        Outcome::NoPath { .. } | Outcome::PlannerError { .. } | Outcome::InfeasibleWorld { .. } => Cause::NeverDrove,
+        Outcome::NoPath { .. }
+        | Outcome::PlannerError { .. }
+        | Outcome::InternalError { .. }
+        | Outcome::GaveUp { .. }
+        | Outcome::InfeasibleWorld { .. } => Cause::NeverDrove,
     })
 }
 

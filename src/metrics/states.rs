@@ -2,9 +2,10 @@
 
 use crate::plan::contract::StateKind;
 use crate::trace::Trace;
+use serde::{Deserialize, Serialize};
 
 /// The time that a local planner spent in one of its states in one episode: a row of `states.csv`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StateTime {
     /// Name of the state.
     pub state: String,

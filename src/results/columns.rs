@@ -152,7 +152,7 @@ table! {
     field local: "", none, before, "local planner", "", "as is";
     field episode: "", none, before, "number of the episode, from 0; with the seed it fixes the world", "", "as is";
     field seed: "", none, before, "seed of the scenario", "", "as is";
-    ending outcome: "", none, after, "`success`, `collision`, `timeout`, `stuck`, `no_path`, `planner_error` or `infeasible_world`", "", "as is";
+    ending outcome: "", none, after, "`success`, `collision`, `timeout`, `stuck`, `no_path`, `planner_error`, `internal_error`, `gave_up` or `infeasible_world`", "", "as is";
     ending message: "", none, after, "what went wrong, in words", "", "may be empty";
     ending success: "", higher, after, "1 if the goal was reached within its tolerance, before the time-out and without contact, else 0", "Arena-Rosnav, BARN", "0";
     ending collided_with: "", none, after, "`known_static`, `unknown_static`, `dynamic` or `boundary`", "", "empty without collision";

@@ -11,13 +11,13 @@ use std::io::{self, BufRead, Read};
 /// Longest line that is read, bytes; those that a run writes stay below 64 KiB.
 const LINE_BYTES_MAX: u64 = 1 << 20;
 
-/// Characters of a message that reach the file.
-const MESSAGE_CHARS_MAX: usize = 300;
+/// Characters of a message that reach the file: some hundred of what was said, and the command that drives the episode again.
+const MESSAGE_CHARS_MAX: usize = 2000;
 
 /// Appends one row to a CSV writer.
 ///
 /// The row is one line: in texts every control character becomes a space, and messages are cut
-/// after 300 characters. Undefined values are empty, floats have the fewest digits that read back
+/// after 2000 characters. Undefined values are empty, floats have the fewest digits that read back
 /// as the same number, −0 is 0.
 ///
 /// # Errors
@@ -323,13 +323,15 @@ pub(super) mod tests {
     pub(crate) fn random_row(stream: &mut Stream, swept: usize) -> Row {
         let texts = ["a_star", "", "with, comma", "with \"quotes\"", "né, \"日本\"", " spaces ", "-", "'"];
         let text = |stream: &mut Stream| texts[stream.index(texts.len())].to_owned();
-        let outcome = match stream.index(7) {
+        let outcome = match stream.index(9) {
             0 => Outcome::Success,
             1 => Outcome::Timeout,
             2 => Outcome::Stuck,
             3 => Outcome::NoPath { message: text(stream) },
             4 => Outcome::PlannerError { message: text(stream) },
             5 => Outcome::InfeasibleWorld { message: text(stream) },
+            6 => Outcome::InternalError { message: text(stream) },
+            7 => Outcome::GaveUp { message: text(stream) },
             _ => {
                 let kinds = [
                     ObstacleKind::KnownStatic,
@@ -483,7 +485,7 @@ pub(super) mod tests {
     #[test]
     fn a_message_becomes_one_line_of_bounded_length() {
         let mut row = Row::blank();
-        row.outcome = Outcome::PlannerError { message: format!("line one\nline two\r\n\t{}", "x".repeat(1000)) };
+        row.outcome = Outcome::PlannerError { message: format!("line one\nline two\r\n\t{}", "x".repeat(3000)) };
         let bytes = bytes(&[row], &[]);
         let back = read(&bytes).unwrap().remove(0);
         assert!(back.outcome.message().starts_with("line one line two   xxx"), "{}", back.outcome.message());

@@ -250,14 +250,14 @@ impl Journal {
                 return Err(ResultsError::Altered { path: path.join(name) });
             }
             manifest.launches = found.launches;
-            if found.episodes == order.episodes() {
-                // What a finished run left is what this one must come to.
+            if found.episodes == order.episodes() && start.extended.is_none() {
+                // What a finished run left is what this one must come to, unless a drive of it was given up.
                 manifest.tables = found.tables;
             }
         }
 
         let mut done = start.blocks;
-        if let Some(present) = start.extended {
+        if let Some(present) = &start.extended {
             done += (start.blocks..order.blocks())
                 .filter(|&block| present.ordinal(&order, order.position(block)).is_some())
                 .count() as u64;

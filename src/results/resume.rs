@@ -6,7 +6,9 @@ use super::journal::{EPISODES_CSV, EXTENDED_CSV, EXTENDED_STATES_CSV, STATES_CSV
 use super::order::Order;
 use super::states::StateLines;
 use super::{ReadError, ResultsError, store};
+use crate::episode::Outcome;
 use crate::files;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek};
 use std::path::Path;
@@ -17,7 +19,7 @@ const TABLES: [&str; 2] = [EPISODES_CSV, STATES_CSV];
 const EXTENDED: [&str; 2] = [EXTENDED_CSV, EXTENDED_STATES_CSV];
 
 /// The blocks that are whole in both tables.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Present {
     /// Whole blocks, always the first ones of some order.
     pub(super) blocks: u64,
@@ -25,6 +27,8 @@ pub(super) struct Present {
     pub(super) bytes: u64,
     /// Bytes of the states up to the end of the last whole block.
     pub(super) states_bytes: u64,
+    /// Numbers of the blocks with a drive that was given up, which are to be driven again.
+    pub(super) given_up: BTreeSet<u64>,
     /// Episodes per point; `None` while only the first point has rows, since any number may follow.
     pub(super) episodes: Option<u64>,
 }
@@ -81,11 +85,13 @@ impl Present {
             return Err(reader.error(format!("the column `{column}` is missing: an older version wrote the table")));
         }
         let states_bytes = states.as_ref().map_or(0, StateLines::offset);
-        let mut present = Self { blocks: 0, bytes: reader.offset(), states_bytes, episodes: None };
+        let mut present =
+            Self { blocks: 0, bytes: reader.offset(), states_bytes, given_up: BTreeSet::new(), episodes: None };
         // The next row's place among the points with rows; a point ends where the next one begins, or like the first one ended.
         let (mut place, mut episode, mut stack) = (0u64, 0u64, 0usize);
         // Blocks are whole up to the first one whose states are not; the rows behind it are checked all the same.
         let mut times: Vec<(String, f64)> = Vec::new();
+        let mut is_given_up = false;
         while let Some(row) = reader.next() {
             let row = row?;
             let is_first_end = place == 0 && episode > 0 && order.driven(1) == Some(row.point);
@@ -98,30 +104,35 @@ impl Present {
             };
             order.check(&row, point, episode, stack, seed).map_err(|message| reader.error(message))?;
             stack += 1;
+            is_given_up |= matches!(row.outcome, Outcome::GaveUp { .. });
             times.push((row.stack, row.metrics.time_s.unwrap_or_default()));
             if stack == order.stacks(point).len() {
                 if let Some(lines) = &mut states
                     && lines.is_whole(point, episode, &times).map_err(ReadError::Io)?
                 {
+                    if is_given_up {
+                        present.given_up.insert(present.blocks);
+                    }
                     present.blocks += 1;
                     (present.bytes, present.states_bytes) = (reader.offset(), lines.offset());
                 } else {
                     states = None;
                 }
                 times.clear();
+                is_given_up = false;
                 (stack, episode) = (0, episode + 1);
             }
         }
         Ok(present)
     }
 
-    /// Number in these tables of the block at (point, episode); `None` if they do not hold it.
+    /// Number in these tables of the block at (point, episode); `None` if they do not hold it, or a drive in it was given up.
     ///
     /// Valid only for a file that has reached its second point.
     pub(super) fn ordinal(&self, order: &Order, (point, episode): (u32, u64)) -> Option<u64> {
         let episodes = self.episodes.expect("the number of episodes is known");
         let ordinal = order.place(point) * episodes + episode;
-        (episode < episodes && ordinal < self.blocks).then_some(ordinal)
+        (episode < episodes && ordinal < self.blocks && !self.given_up.contains(&ordinal)).then_some(ordinal)
     }
 }
 
@@ -133,7 +144,7 @@ fn open(path: &Path) -> Result<Option<File>, ResultsError> {
 }
 
 /// Place at which writing goes on.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Start {
     /// Number of blocks of `episodes.csv` that stay.
     pub(super) blocks: u64,
@@ -160,10 +171,9 @@ impl Start {
 
         if folder.join(EXTENDED_CSV).exists() {
             let extended = Present::scan(folder, EXTENDED, order, seed)?;
-            let Some(old) = extended.episodes else {
-                let reason = format!("{EXTENDED_CSV} holds fewer than two sweep points");
-                return Err(ResultsError::Foreign { folder: folder.to_owned(), reason });
-            };
+            // Tables of one point alone are set aside only to drive again what was given up: each block is an episode of that point.
+            let old = extended.episodes.unwrap_or(extended.blocks);
+            let extended = Present { episodes: Some(extended.episodes.unwrap_or(asked)), ..extended };
             return match present.episodes {
                 Some(episodes) if episodes != asked => {
                     Err(ResultsError::UnfinishedExtension { folder: folder.to_owned(), episodes })
@@ -175,6 +185,10 @@ impl Start {
         match present.episodes {
             _ if least > asked => Err(too_many(least)),
             Some(episodes) if episodes < asked => {
+                Ok(Self { extended: Some(present), is_to_be_set_aside: true, ..Self::default() })
+            }
+            episodes if !present.given_up.is_empty() => {
+                let present = Present { episodes: Some(episodes.unwrap_or(asked)), ..present };
                 Ok(Self { extended: Some(present), is_to_be_set_aside: true, ..Self::default() })
             }
             _ => Ok(here),

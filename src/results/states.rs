@@ -1,10 +1,11 @@
 //! `states.csv`: the time of each stack in each state of its local planner, under the same byte contract as `episodes.csv`.
 
-use super::csv_rows::split;
+use super::csv_rows::{Reader, header_line, split, write_row};
 use super::row::Row;
 use super::timings::Timing;
 use super::value::{Value, one_line};
 use crate::metrics::StateTime;
+use serde::{Deserialize, Serialize};
 use std::io::{self, BufRead};
 
 /// Results of one stack in one world.
@@ -16,6 +17,46 @@ pub struct Answer {
     pub states: Vec<StateTime>,
     /// Its row of `timings.csv`.
     pub timing: Timing,
+}
+
+/// An answer on its way to another process.
+#[derive(Serialize, Deserialize)]
+struct Sent {
+    row: Vec<u8>,
+    states: Vec<StateTime>,
+    timing: Timing,
+}
+
+impl Answer {
+    /// Writes it to nowhere, so that a fault shows before its turn in the tables comes.
+    ///
+    /// # Panics
+    /// If a number in it is not finite.
+    pub fn assert_writable(&self) {
+        let [mut episodes, mut states] = [(); 2].map(|()| csv::Writer::from_writer(io::sink()));
+        write_row(&mut episodes, &self.row).expect("nowhere takes everything");
+        write_states(&mut states, self).expect("nowhere takes everything");
+    }
+
+    /// It as bytes, for another process. The row goes as the line that a table has of it: reading that back loses nothing.
+    ///
+    /// # Panics
+    /// If a number in it is not finite.
+    pub(crate) fn to_bytes(&self) -> Vec<u8> {
+        let mut line = csv::Writer::from_writer(Vec::new());
+        write_row(&mut line, &self.row).expect("memory takes everything");
+        let row = line.into_inner().expect("memory takes everything");
+        let sent = Sent { row, states: self.states.clone(), timing: self.timing };
+        postcard::to_stdvec(&sent).expect("plain data is written")
+    }
+
+    /// The answer of [`Self::to_bytes`] of a run that sweeps these keys; `None` if the bytes are none.
+    pub(crate) fn from_bytes(bytes: &[u8], swept: &[String]) -> Option<Self> {
+        let Sent { row, states, timing } = postcard::from_bytes(bytes).ok()?;
+        let table = [header_line(swept), row].concat();
+        let row = Reader::new(table.as_slice()).ok()?.next()?.ok()?;
+        Some(Self { row, states, timing })
+    }
 }
 
 /// The names of the columns.
@@ -152,6 +193,20 @@ mod tests {
         let mut writer = csv::Writer::from_writer(HEADER.as_bytes().to_vec());
         answers.iter().for_each(|answer| write_states(&mut writer, answer).unwrap());
         String::from_utf8(writer.into_inner().unwrap()).unwrap()
+    }
+
+    #[test]
+    fn an_answer_reaches_another_process_as_it_is() {
+        let seed = crate::rng::EpisodeSeed { seed: 7, episode: 0 };
+        let mut stream = seed.stream(crate::rng::Purpose::Planner, 0);
+        for _ in 0..300 {
+            let mut sent = answer(3, "a,b", &[("track", 0.1 + 0.2, 2)]);
+            sent.row = super::super::csv_rows::tests::random_row(&mut stream, 2);
+            sent.timing.global_s = 1.0 / 3.0;
+            let keys = ["one".to_owned(), "two".to_owned()];
+            assert_eq!(Answer::from_bytes(&sent.to_bytes(), &keys).as_ref(), Some(&sent));
+        }
+        assert_eq!(Answer::from_bytes(b"nonsense", &[]), None);
     }
 
     #[test]

@@ -311,7 +311,7 @@ mod tests {
             [(0, "b"), (0, "a"), (1, "b")]
         );
         let b = &summary[0];
-        assert_eq!((b.n, b.outcomes, b.collision_at_rest), (7, [4, 2, 0, 0, 0, 0, 1], 1));
+        assert_eq!((b.n, b.outcomes, b.collision_at_rest), (7, [4, 2, 0, 0, 0, 0, 0, 0, 1], 1));
         assert_eq!(b.swept, [("key".to_owned(), "0".to_owned())]);
         // 4 of the 6 feasible worlds: z² = 3.841459, centre 5.920729, half 1.959964 √(8/6 + 0.960365) = 2.968358.
         let rate = b.success.unwrap();

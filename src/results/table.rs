@@ -47,7 +47,7 @@ const NAMES: [&str; 11] = [
 /// The summary as aligned text of at most 120 columns, or `width` if that is less, one block per sweep point.
 ///
 /// Lengths, times, clearances and turning points are means over the successes; `other` counts `no_path`,
-/// `planner_error` and `infeasible_world`. A stack's name that is too long for its column stands on a line of its own
+/// `planner_error`, `internal_error`, `gave_up` and `infeasible_world`. A stack's name that is too long for its column stands on a line of its own
 /// (which may be wider than 120). Columns for which there is no room are left out and named.
 pub fn table(summary: &[SummaryRow], width: usize) -> String {
     let most = width.min(WIDTH);
@@ -138,7 +138,8 @@ fn cells(row: &SummaryRow) -> [String; 11] {
         (all, 0) => all.to_string(),
         (all, at_rest) => format!("{all} ({at_rest})"),
     };
-    let other = row.count("no_path") + row.count("planner_error") + row.count("infeasible_world");
+    let others = ["no_path", "planner_error", "internal_error", "gave_up", "infeasible_world"];
+    let other: u64 = others.iter().map(|outcome| row.count(outcome)).sum();
     [
         row.stack.clone(),
         row.n.to_string(),
@@ -175,7 +176,7 @@ mod tests {
             stack: stack.to_owned(),
             n: 121,
             rated: 120,
-            outcomes: [116, 2, 1, 1, 0, 0, 1],
+            outcomes: [116, 2, 1, 1, 0, 0, 0, 0, 1],
             collision_at_rest: 1,
             success: Some(Rate { rate: 116.0 / 120.0, low: 0.9174, high: 0.987 }),
             spl: None,
@@ -217,7 +218,7 @@ mod tests {
     #[test]
     fn a_narrow_table_says_what_it_leaves_out() {
         let mut calm = row("a_star+dwa", 0);
-        calm.outcomes = [119, 2, 0, 0, 0, 0, 0];
+        calm.outcomes = [119, 2, 0, 0, 0, 0, 0, 0, 0];
         let expected = [
             "                                  success %  collision  length  time",
             "stack                    n  [95 % interval]  (at rest)       m     s",

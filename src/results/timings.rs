@@ -1,10 +1,11 @@
 //! Wall-clock times of episodes: `timings.csv`, outside the byte contract.
 
 use super::row::Row;
+use serde::{Deserialize, Serialize};
 use std::io;
 
 /// Wall-clock times of one row, s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
     /// Building the world and the tables derived from it; the same for all stacks of a world.
     pub world_s: f64,

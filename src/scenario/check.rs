@@ -3,7 +3,8 @@
 use super::error::ScenarioError;
 use super::file::similar_files;
 use super::key_path::KeyPath;
-use super::{GoalSpec, Scenario, Stacks};
+use super::memory::{Memory, cells_given};
+use super::{GoalSpec, Scenario, Stacks, ranges};
 use crate::episode::Arrive;
 use crate::files;
 use crate::geometry::Vec2;
@@ -21,7 +22,8 @@ use std::ops::Range;
 use std::path::Path;
 
 impl Scenario {
-    /// Checks that no two values contradict each other, as far as this can be checked without the map.
+    /// Checks that every number lies in the range of its unit and that no two contradict each other, as far as this can be checked
+    /// without the map.
     ///
     /// # Errors
     /// Every contradiction, with the keys at fault.
@@ -38,7 +40,12 @@ impl Scenario {
             self.consistent_stacks(),
             self.sweep.consistent(),
         ];
-        checks.into_iter().filter_map(Result::err).collect()
+        self.out_of_range().into_iter().chain(checks.into_iter().filter_map(Result::err)).collect()
+    }
+
+    /// The numbers outside of the ranges of their units.
+    pub(super) fn out_of_range(&self) -> Vec<ScenarioError> {
+        ranges::faults(&serde_json::to_value(self).expect("a scenario is names and finite numbers"))
     }
 
     fn consistent_speeds(&self) -> Result<(), ScenarioError> {
@@ -171,16 +178,28 @@ impl Scenario {
     /// If the map cannot be loaded, the robot does not fit at the start, the goal is out of reach, or
     /// the known map has no way between the two; every fault that does not follow from another.
     pub fn check(&self, folder: &Path) -> Result<(), ScenarioError> {
-        match self.load_map(folder)? {
+        self.check_within(folder, &mut Memory::default())
+    }
+
+    /// As [`Self::check`]; nothing is loaded for which there is no memory.
+    pub(super) fn check_within(&self, folder: &Path, memory: &mut Memory) -> Result<(), ScenarioError> {
+        match self.load_map(folder, memory)? {
             Some(map) => self.check_on(&map, folder),
             None => Ok(()),
         }
     }
 
     /// The map of episode 0, for [`Self::check_on`]; `None` if no acceptable map was drawn for it.
-    pub(super) fn load_map(&self, folder: &Path) -> Result<Option<StaticMap>, ScenarioError> {
+    pub(super) fn load_map(&self, folder: &Path, memory: &mut Memory) -> Result<Option<StaticMap>, ScenarioError> {
+        let given = cells_given(self);
+        given.map_or(Ok(()), |cells| memory.check(self, cells, folder))?;
         match self.map.load(folder, EpisodeSeed { seed: self.seed, episode: 0 }) {
-            Ok(grid) => Ok(Some(StaticMap::new(grid))),
+            Ok(grid) => {
+                // Of files and mazes the grid alone is there by now, the smallest part.
+                let cells = grid.occupied().len() as u64;
+                given.map_or_else(|| memory.check(self, cells, folder), |_| Ok(()))?;
+                Ok(Some(StaticMap::new(grid)))
+            }
             // What one episode draws says nothing of the others: it is a result and not a fault.
             Err(MapError::Infeasible { .. }) => Ok(None),
             Err(error) => Err(self.map_error(error)),
@@ -243,6 +262,11 @@ impl Scenario {
                 .help("move them apart"));
         }
         self.check_way(map, start, goal)
+    }
+
+    /// Checks the parameters of every planner against `map`, which is the scenario's own, and the robot.
+    pub(super) fn check_planners(&self, map: &StaticMap) -> Result<(), ScenarioError> {
+        ScenarioError::all(self.planner_faults(map, &Robot::new(&self.robot, &self.limits)), "")
     }
 
     /// The planners whose parameters do not fit the map and the robot.

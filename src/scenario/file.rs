@@ -4,6 +4,7 @@ use super::error::ScenarioError;
 use super::explain;
 use super::faults::{self, Written};
 use super::key_path::{self, KeyPath, Step};
+use super::memory::{Memory, Room};
 use super::{Edit, Name, Scenario, shape};
 use crate::files::{self, FileError};
 use std::path::{Path, PathBuf};
@@ -52,6 +53,7 @@ pub struct ScenarioFile {
     text: String,
     /// The folder in which relative paths start, if it is not that of the file.
     folder: Option<PathBuf>,
+    room: Option<Room>,
 }
 
 impl ScenarioFile {
@@ -63,7 +65,7 @@ impl ScenarioFile {
         let path = path.into();
         let shown = path.display().to_string();
         let refused = match files::text(&path, shape::SIZE_MAX_BYTES as u64) {
-            Ok(text) => return Ok(Self { path, text, folder: None }),
+            Ok(text) => return Ok(Self { path, text, folder: None, room: None }),
             Err(FileError::TooLarge { .. }) => shape::too_large(),
             Err(FileError::NotUtf8 { line, .. }) => {
                 ScenarioError::new(format!("line {line} holds bytes that are not UTF-8 text"))
@@ -86,7 +88,19 @@ impl ScenarioFile {
         let text = text.into();
         // Editors of other systems put a byte order mark in front.
         let text = text.strip_prefix('\u{feff}').map_or_else(|| text.clone(), str::to_owned);
-        Self { path: path.into(), text, folder: None }
+        Self { path: path.into(), text, folder: None, room: None }
+    }
+
+    /// The same file; scenarios of it that would take more memory are refused when they are checked.
+    #[must_use]
+    pub fn within(mut self, room: Room) -> Self {
+        self.room = Some(room);
+        self
+    }
+
+    /// The memory that a run may take.
+    pub(super) fn memory(&self) -> Memory {
+        Memory::new(self.room)
     }
 
     /// The file's name in messages.
@@ -142,8 +156,15 @@ impl ScenarioFile {
         if errors.is_empty() {
             return Ok(scenario);
         }
-        if !reading.taken_out.iter().any(|key| MAP_CHECK_READS.contains(&key.steps().first().map_or("", Step::name))) {
-            let on_map = scenario.check(self.folder()).map_err(ScenarioError::apart).err();
+        // Nothing is done with a number beyond physics, not even looked at on the map.
+        let is_physical = scenario.out_of_range().is_empty();
+        if is_physical
+            && !reading
+                .taken_out
+                .iter()
+                .any(|key| MAP_CHECK_READS.contains(&key.steps().first().map_or("", Step::name)))
+        {
+            let on_map = scenario.check_within(self.folder(), &mut self.memory()).map_err(ScenarioError::apart).err();
             errors.extend(on_map.into_iter().flatten().filter(is_new).map(|error| self.place(error, edits)));
         }
         ScenarioError::all(errors, &file).map(|()| scenario)
@@ -154,7 +175,7 @@ impl ScenarioFile {
     /// # Errors
     /// Every fault, placed in the file or at the edit that caused it.
     pub fn check(&self, scenario: &Scenario, edits: &[Edit]) -> Result<(), ScenarioError> {
-        scenario.check(self.folder()).map_err(|error| self.place(error, edits))
+        scenario.check_within(self.folder(), &mut self.memory()).map_err(|error| self.place(error, edits))
     }
 
     /// The tree after all edits, and where each of them landed.

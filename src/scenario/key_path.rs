@@ -116,6 +116,8 @@ fn locate_exactly(text: &str, steps: &[Step]) -> Option<Range<usize>> {
         _ => None,
     };
     match key {
+        // An alias has its value where the anchor is.
+        Some(key) if value < key => Some(token(text, key)),
         Some(key) if text[key..value].contains('\n') || text[value..].starts_with(['\n', '\r']) => {
             Some(token(text, key))
         }

@@ -26,6 +26,8 @@ mod explain;
 mod faults;
 mod file;
 mod key_path;
+mod memory;
+mod ranges;
 pub mod reference;
 mod resolved;
 mod schema;
@@ -39,6 +41,7 @@ pub use error::ScenarioError;
 pub use file::{DocumentError, ScenarioFile, load, read_document};
 
 pub use key_path::{KeyPath, Step};
+pub use memory::Room;
 pub use stacks::{Global, Listed, Product, Stacks};
 pub use sweep::{Sweep, SweepPoint};
 

@@ -16,6 +16,7 @@
 use super::error::ScenarioError;
 use super::faults::FAULTS_MAX;
 use super::key_path::KeyPath;
+use super::memory::Memory;
 use super::{Edit, Scenario, ScenarioFile};
 use crate::map::MapSpec;
 use crate::rng::{EpisodeSeed, Purpose};
@@ -156,6 +157,12 @@ impl Sweep {
             {
                 let (n, m) = (counted(values.len() as u64, "value"), found.len());
                 return refuse(format!("`zip` joins {n} of `{first}` to {m} of `{other}`"), "as many of each");
+            }
+            if let Axis::LatinHypercube(cube) = axis
+                && let Some((key, [low, high])) = cube.keys.0.iter().find(|(_, [low, high])| low >= high)
+            {
+                let title = format!("`{key}` of the hypercube goes from {} to {}", low.get(), high.get());
+                return refuse(title, "expected [lowest, highest]");
             }
             if axis.len() == 0 {
                 return refuse("a sweep over no values".to_owned(), "an empty list");
@@ -340,6 +347,9 @@ struct PointReader<'a> {
     seen: BTreeSet<(usize, String)>,
     /// The map that was loaded last.
     map: Option<(MapSpec, StaticMap)>,
+    /// Cells of the map of each of the surroundings.
+    cells: Vec<u64>,
+    memory: Memory,
 }
 
 impl<'a> PointReader<'a> {
@@ -349,7 +359,8 @@ impl<'a> PointReader<'a> {
             keys.remove("sweep");
         }
         let (surroundings, seen) = (BTreeMap::new(), BTreeSet::new());
-        Ok(Self { file, scenario, edits, tree, surroundings, seen, map: None })
+        let memory = file.memory();
+        Ok(Self { file, scenario, edits, tree, surroundings, seen, map: None, cells: Vec::new(), memory })
     }
 
     fn read(&mut self, settings: Vec<Setting>) -> Result<SweepPoint, ScenarioError> {
@@ -376,11 +387,17 @@ impl<'a> PointReader<'a> {
 
         let text = point.text_without_stacks();
         let surroundings = match self.surroundings.get(&text) {
-            Some(&number) => number,
+            Some(&number) => {
+                let checked = self.memory.check(&point, self.cells[number], self.file.folder());
+                let checked = checked.and_then(|()| self.check_stacks(&point));
+                checked.map_err(|error| at(self.file.place(error, &edits())))?;
+                number
+            }
             None => {
                 let edits = edits();
                 self.check(&point, &edits).map_err(at)?;
                 self.surroundings.insert(text, self.surroundings.len());
+                self.cells.push(self.map.as_ref().map_or(0, |(_, map)| cells(map)));
                 self.surroundings.len() - 1
             }
         };
@@ -397,17 +414,30 @@ impl<'a> PointReader<'a> {
         Ok(SweepPoint { values, scenario: point, surroundings, touched })
     }
 
+    /// Checks the stacks of a point whose surroundings have been checked.
+    fn check_stacks(&mut self, point: &Scenario) -> Result<(), ScenarioError> {
+        if self.map.as_ref().is_none_or(|(spec, _)| *spec != point.map) {
+            let map = point.load_map(self.file.folder(), &mut Memory::default())?;
+            self.map = map.map(|map| (point.map.clone(), map));
+        }
+        self.map.as_ref().map_or(Ok(()), |(_, map)| point.check_planners(map))
+    }
+
     /// Checks a point against its map, which is loaded anew only if it differs from the last one.
     fn check(&mut self, point: &Scenario, edits: &[Edit]) -> Result<(), ScenarioError> {
-        if self.map.as_ref().is_none_or(|(spec, _)| *spec != point.map) {
-            match point.load_map(self.file.folder()).map_err(|error| self.file.place(error, edits))? {
-                Some(map) => self.map = Some((point.map.clone(), map)),
-                None => return Ok(()),
-            }
+        let folder = self.file.folder();
+        match &self.map {
+            Some((spec, map)) if *spec == point.map => self.memory.check(point, cells(map), folder),
+            _ => point.load_map(folder, &mut self.memory).map(|map| self.map = map.map(|map| (point.map.clone(), map))),
         }
+        .map_err(|error| self.file.place(error, edits))?;
         let Some((_, map)) = &self.map else { return Ok(()) };
-        point.check_on(map, self.file.folder()).map_err(|error| self.file.place(error, edits))
+        point.check_on(map, folder).map_err(|error| self.file.place(error, edits))
     }
+}
+
+fn cells(map: &StaticMap) -> u64 {
+    map.grid.occupied().len() as u64
 }
 
 impl Setting {

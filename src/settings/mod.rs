@@ -10,7 +10,7 @@ mod registry;
 mod unit;
 
 pub(crate) use registry::registry;
-pub use unit::unit_of;
+pub use unit::{COORDINATE_M_MAX, OutOfRange, RESOLUTION_M, check_count, check_range, shown, unit_of};
 
 /// Registry entry of one kind of thing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

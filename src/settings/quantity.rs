@@ -162,7 +162,8 @@ macro_rules! whole_quantities {
                         }
                     }
                     fn visit_f64<E: de::Error>(self, value: f64) -> Result<$name, E> {
-                        Err(self.refuse(value))
+                        // With its point: `1e3` is 1000.0, which is no whole number here.
+                        Err(self.refuse(format!("{value:?}")))
                     }
                 }
                 deserializer.deserialize_any(Reader)

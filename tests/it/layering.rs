@@ -9,13 +9,14 @@ use std::collections::BTreeSet;
 use std::fs;
 
 /// The order of the house, ground first; a folder's own modules may name each other.
-const ORDER: [&str; 23] = [
+const ORDER: [&str; 24] = [
     "math",
     "settings",
     "geometry",
     "rng",
     "clock",
     "digest",
+    "guard",
     "files",
     "map",
     "robot",

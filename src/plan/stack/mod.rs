@@ -181,8 +181,10 @@ impl Stack {
     /// The failure of the global planner; the episode then ends as `no_path`, for a [`Failure::Fault`] as `planner_error`.
     pub fn begin(&mut self, situation: &Situation<'_>) -> Result<(), Failure> {
         if let Some(global) = &mut self.global {
+            self.drive.acting = Some(Part::Global);
             global.reset();
         }
+        self.drive.acting = Some(Part::Local);
         self.local.reset();
         self.standing.clear();
         self.global_s = 0.0;

@@ -522,3 +522,36 @@ fn the_manifest_remembers_every_start_and_timings_have_a_row_per_row() {
         .collect();
     assert_eq!(keys, ["0 a 0", "0 b,c 0", "0 a 1", "0 b,c 1", "0 a 2", "0 b,c 2", "1 a 0", "1 a 1", "1 a 2"]);
 }
+
+#[test]
+fn a_drive_that_was_given_up_is_driven_again_wherever_it_stands_and_whenever_a_kill_comes() {
+    for points in [1, 3] {
+        let whole = undisturbed(points, 3);
+        for killed in 0..=5 {
+            let directory = tempfile::tempdir().unwrap();
+            let folder = open(directory.path(), points, 3).unwrap();
+            let mut ran = 0;
+            while let Some(block) = folder.take() {
+                let mut rows = rows(&block);
+                if block.index() % 3 == 1 {
+                    let row = &mut rows[0].row;
+                    (row.outcome, row.metrics) = (Outcome::GaveUp { message: "1 s".to_owned() }, Metrics::default());
+                    rows[0].states.clear();
+                }
+                folder.submit(block, &rows).unwrap();
+                ran += 1;
+            }
+            folder.finish().unwrap().unwrap();
+            let given_up = points as u64;
+            assert_eq!(ran, 3 * given_up);
+            let folder = open(directory.path(), points, 3).unwrap();
+            assert_eq!(folder.opened(), Opened::Resume { blocks_done: ran - given_up });
+            let first = run(&folder, killed);
+            drop(folder);
+            let folder = open(directory.path(), points, 3).unwrap();
+            assert_eq!(first + run(&folder, u64::MAX), given_up, "nothing else runs twice");
+            folder.finish().unwrap().unwrap();
+            assert_eq!(content(directory.path()), whole, "{points} points, killed after {killed}");
+        }
+    }
+}

@@ -4,6 +4,7 @@ use super::writer::OCCUPIED_THRESH;
 use crate::map::MapError;
 use crate::settings::choice::{nearest, unknown_name};
 use crate::settings::quantity::{Finite, Fraction, Positive};
+use crate::settings::{COORDINATE_M_MAX, shown};
 use serde::de::{Error, IgnoredAny, MapAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::fmt;
@@ -16,6 +17,9 @@ const KEYS: [&str; 7] = ["image", "resolution", "origin", "negate", "occupied_th
 /// The free threshold of an image without a header, that of ROS 1's map saver: the grey 205 that savers write for unknown cells is above
 /// it by a hair (50/255 = 0.19608). By the 0.25 that Nav2's saver writes beside maps without that grey it would be free.
 const BARE_FREE_THRESH: f64 = 0.196;
+
+/// Most brackets of a header that may be open at once.
+const OPEN_MAX: usize = 100;
 
 /// The YAML file. Other keys are passed over, as Nav2 does.
 #[derive(Clone, Debug, Deserialize)]
@@ -50,6 +54,11 @@ impl Header {
     /// # Errors
     /// [`MapError::Header`] with the place of the fault, and [`MapError::Contradiction`] for thresholds in the wrong order.
     pub(super) fn parse(text: &str) -> Result<(Self, Vec<String>), MapError> {
+        // The time of the YAML reader grows with the square of the open brackets. Pictures and poses nest two of them.
+        if let Some((line, column)) = nested_too_deep(text) {
+            let message = format!("more than {OPEN_MAX} open brackets, expected `origin: [x, y, yaw]` at most");
+            return Err(MapError::Header { line, column, message });
+        }
         let document = || serde_yaml::Deserializer::from_str(text).next();
         let read = document().map_or_else(|| Self::deserialize(serde_yaml::Value::Null), Self::deserialize);
         // After `Self` has been read the text is known to be YAML.
@@ -62,6 +71,14 @@ impl Header {
             let (line, column) = place_of(text, "image", 0);
             let message = "`image` is empty, expected the name of a PGM, PNG or BMP file".to_owned();
             return Err(MapError::Header { line, column, message });
+        }
+        for (item, number) in header.origin.iter().enumerate() {
+            if number.get().abs() > COORDINATE_M_MAX {
+                let (line, column) = place_of(text, "origin", 0);
+                let found = shown(number.get());
+                let message = format!("`origin[{item}]` is {found}, expected at most {COORDINATE_M_MAX} m");
+                return Err(MapError::Header { line, column, message });
+            }
         }
         let (free, occupied) = (header.free_thresh.get(), header.occupied_thresh.get());
         if free >= occupied {
@@ -79,6 +96,24 @@ impl Header {
         };
         Ok((header, foreign().into_iter().map(note).collect()))
     }
+}
+
+/// Line and column, from 1, of the bracket with which too many are open at once, wherever they stand.
+fn nested_too_deep(text: &str) -> Option<(usize, usize)> {
+    let mut open = 0_usize;
+    for (line, content) in text.lines().enumerate() {
+        for (column, c) in content.chars().enumerate() {
+            match c {
+                '[' | '{' => open += 1,
+                ']' | '}' => open = open.saturating_sub(1),
+                _ => {}
+            }
+            if open > OPEN_MAX {
+                return Some((line + 1, column + 1));
+            }
+        }
+    }
+    None
 }
 
 /// A key as messages show it.

@@ -59,6 +59,9 @@ use movers::{Ahead, Bounce, Course, Met};
 use patch::{Anchor, Patch};
 use rollout::{Block, Disc, FAR, Field, Part, Passing, Track, quarters};
 
+/// Most poses that one decision may predict, all candidates together: some seconds of work.
+const POSES_MAX: f64 = 1e8;
+
 /// Samples, simulates and judges the twists within reach. Keeps its memory from tick to tick, and nothing else
 /// that an answer depends on.
 #[derive(Clone, Debug)]
@@ -136,6 +139,14 @@ impl DynamicWindow {
         };
         let speed = math::max(robot.speed_max_mps, robot.reverse_speed_max_mps);
         let steps = math::max((horizon_s / fit.dt_s).round(), 1.0);
+        let [speeds, yaw_rates] = Spacing::most(settings.speed, settings.yaw_rate, robot, fit.dt_s);
+        let candidates = (speeds * yaw_rates).round();
+        if candidates * steps > POSES_MAX {
+            return Err(format!(
+                "{candidates} candidates of {steps} periods each are too much for one decision, expected at most {POSES_MAX:e} poses: \
+                 lower `horizon_s` or the number of samples"
+            ));
+        }
         let reach_m = speed * steps * fit.dt_s + robot.footprint.as_ref().map_or(0.0, Polygon::circumradius_m);
         let pitch_m = patch::pitch_m(fit.map);
         if patch::is_coverable(reach_m, pitch_m) {

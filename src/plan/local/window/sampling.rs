@@ -67,6 +67,17 @@ pub enum Spacing {
 }
 
 impl Spacing {
+    /// The most samples of the speed and of the yaw rate that [`Window::reachable`] of this robot gives, about.
+    pub fn most(speed: Self, yaw_rate: Self, robot: &Robot, dt_s: f64) -> [f64; 2] {
+        let reached_mps = (robot.acceleration_max_mps2 + robot.deceleration_max_mps2) * dt_s;
+        let width_mps = math::min(reached_mps, robot.speed_max_mps - robot.speed_min_mps());
+        let width_radps = 2.0 * math::min(robot.yaw_acceleration_max_radps2 * dt_s, robot.yaw_rate_max_radps);
+        [(speed, width_mps), (yaw_rate, width_radps)].map(|(spacing, width)| match spacing {
+            Self::Count(count) => f64::from(count),
+            Self::Step(step) => math::min(width / step + 1.0, f64::from(SAMPLES_MAX)),
+        })
+    }
+
     /// Writes the samples of [`low`, `high`] to `out`, ascending and without duplicates: those of the
     /// spacing, both ends, and exactly each value of `always` that lies inside.
     pub fn sample(self, low: f64, high: f64, always: &[f64], out: &mut Vec<f64>) {

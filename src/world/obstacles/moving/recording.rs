@@ -2,6 +2,7 @@
 
 use crate::files;
 use crate::geometry::Vec2;
+use crate::settings::{COORDINATE_M_MAX, shown};
 use crate::world::motion::Sample;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,6 +15,11 @@ pub struct Recording {
 
 /// Largest number of bytes of a recording: days of a busy square.
 const BYTES_MAX: u64 = 1 << 28;
+
+/// Latest moment, s: clocks that count from 1970 are below it.
+const TIME_S_MAX: f64 = 1e10;
+/// Fastest that anything in a recording may move, m/s: identities that jump across a square within a frame are below it.
+const SPEED_MPS_MAX: f64 = 1e5;
 
 /// The columns that a recording needs, with all the names by which each may go.
 const TIME: &[&str] = &["time_s", "time", "t", "frame"];
@@ -56,9 +62,13 @@ impl Recording {
             let number = |column: usize| {
                 let found = field(column);
                 let value = found.parse::<f64>().ok().filter(|value| value.is_finite());
-                value.ok_or_else(|| {
-                    format!("line {line}, column `{}`: expected a number, found `{found}`", &header[column])
-                })
+                let place = || format!("line {line}, column `{}`", &header[column]);
+                let value = value.ok_or_else(|| format!("{}: expected a number, found `{found}`", place()))?;
+                let (most, unit) = if column == time { (TIME_S_MAX, "s") } else { (COORDINATE_M_MAX, "m") };
+                if value.abs() > most {
+                    return Err(format!("{}: expected at most {most} {unit}, found `{found}`", place()));
+                }
+                Ok(value)
             };
             let who = field(id).parse::<u64>().map_err(|_| {
                 format!("line {line}, column `{}`: expected a whole number, found `{}`", &header[id], field(id))
@@ -73,6 +83,15 @@ impl Recording {
             track.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
             if let Some(twice) = track.windows(2).find(|pair| pair[0].time_s == pair[1].time_s) {
                 return Err(format!("id {who} is in two places at {} s", twice[0].time_s));
+            }
+            let speed_mps =
+                |pair: &[Sample]| (pair[1].position - pair[0].position).norm() / (pair[1].time_s - pair[0].time_s);
+            if let Some(leap) = track.windows(2).find(|pair| speed_mps(pair) > SPEED_MPS_MAX) {
+                return Err(format!(
+                    "id {who} moves at {} m/s at {} s, expected at most {SPEED_MPS_MAX} m/s",
+                    shown(speed_mps(leap)),
+                    leap[0].time_s
+                ));
             }
         }
         Ok(Self { tracks })
@@ -108,6 +127,12 @@ mod tests {
             ("time,id,x,y\n0,1,2,inf\n", "line 2, column `y`: expected a number, found `inf`"),
             ("time,id,x,y\n0,1,2,3\n0,1,4,3\n", "id 1 is in two places at 0 s"),
             ("time,id,x,y\n", "the recording is empty"),
+            ("time,id,x,y\n0,1,1e300,3\n", "line 2, column `x`: expected at most 100000000 m, found `1e300`"),
+            ("time,id,x,y\n1e30,1,1,3\n", "line 2, column `time`: expected at most 10000000000 s, found `1e30`"),
+            (
+                "time,id,x,y\n0,1,0,3\n0.04,1,9e7,3\n",
+                "id 1 moves at 2250000000 m/s at 0 s, expected at most 100000 m/s",
+            ),
         ] {
             assert_eq!(Recording::parse(csv.as_bytes(), 25.0).unwrap_err(), expected);
         }

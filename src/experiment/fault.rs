@@ -1,0 +1,90 @@
+//! Faults of simrun itself inside a work item: which part panicked, and the command that drives the same episode again.
+
+use crate::guard::guard;
+use crate::scenario::Edit;
+use std::fmt;
+use std::path::PathBuf;
+
+/// A part of a work item.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// The map is made, obstacles and tasks are placed, the shortest ways are found.
+    WorldGeneration,
+    /// The stack is built, the robot drives.
+    Drive,
+    /// What the drive came to is measured, digests are taken.
+    Metrics,
+    /// Rows and traces are written.
+    Encoding,
+}
+
+impl Phase {
+    /// Its name in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::WorldGeneration => "world_generation",
+            Self::Drive => "drive",
+            Self::Metrics => "metrics",
+            Self::Encoding => "encoding",
+        }
+    }
+}
+
+/// What went wrong in which part.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Fault {
+    pub(super) phase: Phase,
+    pub(super) message: String,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.phase.name(), self.message)
+    }
+}
+
+/// The answer of one part of a work item, or its fault.
+pub(super) fn guarded<T>(phase: Phase, work: impl FnOnce() -> T) -> Result<T, Fault> {
+    guard(work).map_err(|panic| Fault { phase, message: panic.to_string() })
+}
+
+/// Where a scenario came from: what has to be named to run it again.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Origin {
+    /// Its file; its name if it has none.
+    pub(super) file: PathBuf,
+    /// Keys and values of the edits, as `--set` takes them.
+    pub(super) edits: Vec<String>,
+}
+
+impl Origin {
+    pub(super) fn new(file: PathBuf, edits: &[Edit]) -> Self {
+        Self { file, edits: edits.iter().map(|edit| edit.argument().to_owned()).collect() }
+    }
+}
+
+/// A word as a POSIX shell takes it.
+pub(super) fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "_-./=+,:@%".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_reach_the_program_as_they_are() {
+        let words = ["a_star+dwa", "limits.speed_max_mps=1.5", "", "stacks.local=[dwa]", "it's", "a b"];
+        let expected = ["a_star+dwa", "limits.speed_max_mps=1.5", "''", "'stacks.local=[dwa]'", "'it'\\''s'", "'a b'"];
+        assert_eq!(words.map(quoted), expected);
+        for word in words {
+            let answer = std::process::Command::new("sh").args(["-c", &format!("printf %s {}", quoted(word))]).output();
+            assert_eq!(answer.unwrap().stdout, word.as_bytes());
+        }
+    }
+}
