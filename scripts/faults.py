@@ -3,7 +3,7 @@
 
     scripts/faults.py                       every attack; the table goes to stdout
     scripts/faults.py kill disk             those whose names begin so
-    scripts/faults.py --write               also renews the table in docs/reliability.md
+    scripts/faults.py --write               also renews the table in docs/book/src/reliability.md
 
 Each attack has a folder of its own that is thrown away. What a run must end in is what an undisturbed run of the same
 command wrote, byte for byte. Instants and offsets come from a seeded generator, so that a second call tries the same
@@ -25,7 +25,7 @@ import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs/reliability.md"
+PAGE = ROOT / "docs/book/src/reliability.md"
 BEGIN, END = "<!-- faults: written by scripts/faults.py -->", "<!-- end of faults -->"
 # Wall-clock figures and what says which build and host wrote the folder are no results.
 NO_RESULT = {"timings.csv", "manifest.json", ".lock"}
@@ -373,7 +373,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("names", nargs="*", help="attacks whose names begin so; all without")
     parser.add_argument("--simrun", default=str(ROOT / "target/release/simrun"), help="the program to attack")
-    parser.add_argument("--write", action="store_true", help="renew the table of docs/reliability.md")
+    parser.add_argument("--write", action="store_true", help="renew the table of docs/book/src/reliability.md")
     args = parser.parse_args()
     resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
     rows, broken = [], 0
