@@ -16,6 +16,7 @@ mod map;
 mod memory;
 mod plan;
 mod planners;
+mod report;
 mod reproduce;
 mod run;
 mod scenarios;
@@ -68,6 +69,8 @@ enum Command {
     Draw(draw::Args),
     /// List the failed episodes of a folder of results by their cause, with the commands that drive them again.
     Failures(failures::Args),
+    /// Write one page on folders of results: tables, charts, and a gallery of episodes that can be replayed, failures first.
+    Report(report::Args),
     /// Explain a key of scenario files: meaning, unit, default, range, allowed values, an example.
     Explain(explain::Args),
     /// Print the JSON Schema of scenario files, for editors.
@@ -147,6 +150,7 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Some(Command::Reproduce(args)) => reproduce::main(&args),
         Some(Command::Draw(args)) => draw::main(&args),
         Some(Command::Failures(args)) => failures::main(&args),
+        Some(Command::Report(args)) => report::main(&args),
         Some(Command::Explain(args)) => explain::main(&args),
         Some(Command::Schema(args)) => schema::main(&args),
         Some(Command::Map(args)) => map::main(&args),

@@ -2,5 +2,8 @@
 
 pub mod chart;
 pub mod drawing;
+mod page;
 pub mod palette;
 pub mod picture;
+
+pub use page::{ReportError, Settings, episode, report};

@@ -42,7 +42,7 @@ pub struct Statistics {
 
 impl Statistics {
     /// The statistics of values in the order of their rows; they are sorted on return.
-    fn of(values: &mut [f64]) -> Self {
+    pub(crate) fn of(values: &mut [f64]) -> Self {
         let n = values.len() as f64;
         let Some(mean) = (n > 0.0).then(|| values.iter().sum::<f64>() / n) else {
             return Self::default();

@@ -32,6 +32,7 @@ mod port_picture;
 mod recorded_decisions;
 mod reference;
 mod regressions;
+mod report;
 mod reproduce;
 mod schema;
 mod statistics_oracle;
