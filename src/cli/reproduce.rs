@@ -2,7 +2,7 @@
 
 use super::run::{Waiting, complete, existing};
 use super::scenarios::prepare;
-use super::{Failure, colour, print, say, width};
+use super::{Failure, print, say, width};
 use crate::comparison::{self, Section};
 use crate::experiment::Experiment;
 use crate::files;
@@ -10,7 +10,6 @@ use crate::paper::manifest::{Choice, Table};
 use crate::paper::{self, Evidence, Finding, Findings, Paper, Ruling};
 use crate::results::EPISODES_CSV;
 use crate::results::layout::hanging;
-use crate::scenario::ScenarioError;
 use crate::settings::quantity::counted;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -223,9 +222,8 @@ fn runs(paper: &Paper, full: bool) -> Vec<Run<'_>> {
 }
 
 fn load(paper: &Paper, run: &Run<'_>, episodes: Option<u32>) -> Result<Experiment, Failure> {
-    let refuse = |error: ScenarioError| Failure::Usage(error.render(colour()));
     let load = || {
-        let (file, edits) = paper.scenario(run.table, run.choice, episodes).map_err(refuse)?;
+        let (file, edits) = paper.scenario(run.table, run.choice, episodes).map_err(Failure::Scenario)?;
         let experiment = prepare(&file, &edits, &run.stacks)?;
         if run.choice.is_none() {
             paper.check_stacks(run.table.id.as_str(), &experiment.stack_names()).map_err(Failure::usage)?;
@@ -233,8 +231,8 @@ fn load(paper: &Paper, run: &Run<'_>, episodes: Option<u32>) -> Result<Experimen
         Ok(experiment)
     };
     load().map_err(|failure| match failure {
-        Failure::Usage(message) => {
-            Failure::Usage(format!("table {}: {message}", paper::folder_of(run.table, run.choice)))
+        Failure::Usage(_) | Failure::Scenario(_) => {
+            Failure::Usage(format!("table {}: {}", paper::folder_of(run.table, run.choice), failure.message()))
         }
         other => other,
     })

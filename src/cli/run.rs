@@ -1,15 +1,18 @@
 //! `simrun run`: scenarios become tables.
 
 use super::interrupt::Interrupt;
+use super::json;
 use super::scenarios::{AtPoint, Changes, load_all};
-use super::{Failure, print, say, width};
+use super::{Failure, Out, command_comment, print, say, width};
 use crate::clock::Stopwatch;
+use crate::comparison::{self, Format};
 use crate::episode::Outcome;
 use crate::experiment::{Experiment, Session, Worker, threads_available};
 use crate::files;
 use crate::results::{self, Answer, Existing, Identity, Manifest, Opened, ResultsError, SummaryRow, TRACES};
 use crate::settings::quantity::counted;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::{Value as Json, json};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -46,6 +49,9 @@ pub(super) struct Args {
     /// No progress bar and no table.
     #[arg(short, long)]
     quiet: bool,
+    /// How to print the summary; the rows of --episode are CSV, or json. json is one document with every column of summary.csv, or of episodes.csv.
+    #[arg(long, value_enum, default_value_t)]
+    format: Shape,
     #[command(flatten)]
     waiting: Waiting,
     #[command(flatten)]
@@ -102,6 +108,31 @@ impl Waiting {
     }
 }
 
+/// Format of the summary.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Shape {
+    /// A table for the terminal.
+    #[default]
+    Text,
+    /// A table of Markdown.
+    Markdown,
+    /// A table of LaTeX; it needs the package booktabs.
+    Latex,
+    /// One JSON document.
+    Json,
+}
+
+impl Shape {
+    /// The format of a table for papers; `None` for the terminal and for programs.
+    fn of_paper(self) -> Option<Format> {
+        match self {
+            Self::Text | Self::Json => None,
+            Self::Markdown => Some(Format::Markdown),
+            Self::Latex => Some(Format::Latex),
+        }
+    }
+}
+
 impl Args {
     /// The scenario files.
     pub(super) fn scenarios(&self) -> &[PathBuf] {
@@ -110,8 +141,24 @@ impl Args {
 }
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
+    if args.format == Shape::Json {
+        return json::answer("run", &Out::default(), |document| {
+            let mut runs = Vec::new();
+            let result = run_scenarios(args, &mut runs);
+            document.insert("runs".to_owned(), runs.into());
+            result
+        });
+    }
+    run_scenarios(args, &mut Vec::new())
+}
+
+/// Runs the scenarios one after the other; each adds what it found to `runs`.
+fn run_scenarios(args: &Args, runs: &mut Vec<Json>) -> Result<(), Failure> {
     if args.out.is_some() && args.scenarios.len() > 1 {
         return Err(Failure::usage("--out names one folder, for one scenario"));
+    }
+    if args.episode.is_some() && args.format.of_paper().is_some() {
+        return Err(Failure::usage("the rows of --episode are CSV or --format json"));
     }
     if args.point.point > 0 && args.episode.is_none() {
         return Err(Failure::usage("--point runs one world: name its --episode as well"));
@@ -135,10 +182,11 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             }));
         }
     }
-    args.scenarios.iter().zip(&experiments).try_for_each(|(source, experiment)| run(args, source, experiment))
+    let mut sources = args.scenarios.iter().zip(&experiments);
+    sources.try_for_each(|(source, experiment)| run(args, source, experiment, runs))
 }
 
-fn run(args: &Args, source: &Path, experiment: &Experiment) -> Result<(), Failure> {
+fn run(args: &Args, source: &Path, experiment: &Experiment, runs: &mut Vec<Json>) -> Result<(), Failure> {
     for note in experiment.map_notes().iter().filter(|_| !args.quiet) {
         say(&format!("note: {note}"));
     }
@@ -155,9 +203,9 @@ fn run(args: &Args, source: &Path, experiment: &Experiment) -> Result<(), Failur
                 refuse_traces_of_another_run(experiment, &folder)?;
                 create(traces)?;
             }
-            run_one(args, experiment, point, episode, traces.as_deref())
+            run_one(args, experiment, (point, episode), traces.as_deref(), runs)
         }
-        None => run_all(args, experiment, &folder, traces.as_deref()),
+        None => run_all(args, experiment, &folder, traces.as_deref(), runs),
     }
 }
 
@@ -184,17 +232,23 @@ fn refuse_traces_of_another_run(experiment: &Experiment, folder: &Path) -> Resul
 fn run_one(
     args: &Args,
     experiment: &Experiment,
-    point: u32,
-    episode: u64,
+    (point, episode): (u32, u64),
     traces: Option<&Path>,
+    runs: &mut Vec<Json>,
 ) -> Result<(), Failure> {
     let answers = experiment.run_block(&mut Worker::default(), point, episode, traces).map_err(Failure::run)?;
-    let header = results::header_line(experiment.swept());
-    let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(header);
-    for Answer { row, .. } in &answers {
-        results::write_row(&mut table, row).map_err(Failure::run)?;
+    if args.format == Shape::Json {
+        let rows: Vec<Json> =
+            answers.iter().map(|answer| results::row_json(&answer.row, experiment.swept()).into()).collect();
+        runs.push(json!({ "scenario": experiment.scenario().name.as_str(), "rows": rows }));
+    } else {
+        let header = results::header_line(experiment.swept());
+        let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(header);
+        for Answer { row, .. } in &answers {
+            results::write_row(&mut table, row).map_err(Failure::run)?;
+        }
+        print(&String::from_utf8_lossy(&table.into_inner().map_err(Failure::run)?))?;
     }
-    print(&String::from_utf8_lossy(&table.into_inner().map_err(Failure::run)?))?;
     let crashed = |answer: &&Answer| matches!(answer.row.outcome, Outcome::PlannerError { .. });
     match answers.iter().find(crashed) {
         Some(Answer { row, .. }) => {
@@ -208,7 +262,13 @@ fn run_one(
 }
 
 /// Runs every episode that is not in the folder yet.
-fn run_all(args: &Args, experiment: &Experiment, folder: &Path, traces: Option<&Path>) -> Result<(), Failure> {
+fn run_all(
+    args: &Args,
+    experiment: &Experiment,
+    folder: &Path,
+    traces: Option<&Path>,
+    runs: &mut Vec<Json>,
+) -> Result<(), Failure> {
     let session = args.waiting.open(experiment, folder, existing(args.force))?;
     if let Some(traces) = traces {
         create(traces)?;
@@ -222,7 +282,12 @@ fn run_all(args: &Args, experiment: &Experiment, folder: &Path, traces: Option<&
         Opened::Complete => say(&format!("{shown}: complete, nothing to run (--force runs it again)")),
     }
     let summary = complete(session, args.threads, traces, args.quiet)?;
-    if !args.quiet {
+    if args.format == Shape::Json {
+        let rows: Vec<Json> = summary.iter().map(|row| results::summary_json(row).into()).collect();
+        runs.push(json!({ "scenario": experiment.scenario().name.as_str(), "folder": shown, "summary": rows }));
+    } else if let Some(format) = args.format.of_paper() {
+        print(&(command_comment(format) + &comparison::table(&results::summary_rows(&summary), 1, format)))?;
+    } else if !args.quiet {
         print(&format!(
             "{}\n{shown}/episodes.csv, states.csv, summary.csv, timings.csv, manifest.json\n",
             results::table(&summary, width())

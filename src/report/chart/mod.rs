@@ -24,7 +24,7 @@ pub use drawing::{Anchor, Drawing, escape, text_width_px};
 pub use heat::{Heat, HeatCell};
 pub use intervals::{IntervalRow, Intervals};
 pub use lines::{LinePoint, Lines, Series};
-pub use scale::{Scale, Tick, nice_step};
+pub use scale::{Scale, Tick, nice_step, number};
 pub use shares::{ShareRow, Shares};
 pub use strip::{Strip, StripRow};
 
