@@ -2,6 +2,7 @@
 
 pub mod chart;
 pub mod drawing;
+pub mod figure;
 mod page;
 pub mod palette;
 pub mod picture;

@@ -56,6 +56,29 @@ pub fn section(path: &str) -> Result<String, String> {
     Ok(text)
 }
 
+/// The keys below `path` as JSON, each with `name`, `meaning`, `unit`, `type`, `required`, `default`, `range` (in words) and `allowed` (name and
+/// meaning of each value that is allowed, if they are few). What does not apply is `null`.
+///
+/// # Errors
+/// If the key is unknown; the message names the nearest one.
+pub fn parameters_json(path: &str) -> Result<Vec<Json>, String> {
+    let as_json = |key: &Key| {
+        let allowed = key.allowed();
+        let allowed = allowed.into_iter().map(|(name, meaning)| json!({ "name": name, "meaning": meaning }));
+        json!({
+            "name": key.name(),
+            "meaning": key.meaning(),
+            "unit": key.unit(),
+            "type": key.type_text(),
+            "required": key.required,
+            "default": key.place.find("default").map(without_nulls),
+            "range": key.range(),
+            "allowed": allowed.collect::<Vec<Json>>(),
+        })
+    };
+    Ok(Key::find(path)?.inner().iter().map(as_json).collect())
+}
+
 /// The whole reference as a page of Markdown: `docs/book/src/scenario.md`.
 pub fn page() -> String {
     let top = Key { path: KeyPath::default(), place: Place::top(Scenario::schema()), required: false, is_kind: false };
