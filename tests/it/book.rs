@@ -87,23 +87,27 @@ fn for_the_guide(documentation: &str) -> String {
     text.replace("Parameters: `Params`.\n", "").trim_end().to_owned()
 }
 
+/// A text that begins with a capital.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().into_iter().flat_map(char::to_uppercase).chain(letters).collect()
+}
+
 fn page(kind: &Kind, name: &str, entry: &Entry) -> String {
     let documentation = for_the_guide(&module_documentation(kind, name));
     // The first line opens with the planner's name, which is the title of the page.
     let documentation = documentation.strip_prefix(&format!("`{name}`: ")).unwrap_or(&documentation);
-    let mut letters = documentation.chars();
-    let first = letters.next().unwrap().to_uppercase();
+    let documentation = capital(documentation);
     let parameters = reference::section(&format!("stacks.{}.{name}", kind.folder)).unwrap();
     let folder = kind.folder;
     format!(
         "# `{name}`\n\n{MADE}\n\n*{}.* {}\n\n\
          ![What {name} does](../pictures/{name}.svg)\n\n\
          `simrun draw docs/book/pictures/{folder}.yaml --stack {name}`\n\n\
-         ## How it works\n\n{first}{}\n\n\
+         ## How it works\n\n{documentation}\n\n\
          ## Parameters\n\n{}\n",
         kind.word,
         entry.summary,
-        letters.as_str(),
         parameters.trim_end(),
     )
 }
@@ -204,15 +208,14 @@ fn the_gallery_shows_every_lesson() {
         let title =
             title.strip_prefix("Lesson ").and_then(|rest| rest.split_once(": ")).map_or(title, |(_, title)| title);
         let number = name.split('_').next().and_then(|number| number.parse::<u32>().ok());
-        let mut letters = title.chars();
-        let title = letters.next().unwrap().to_uppercase().collect::<String>() + letters.as_str();
+        let title = capital(title);
         let heading = number.map_or(title.clone(), |number| format!("{number}. {title}"));
         let options = parts.get("Picture").map_or(String::new(), |options| format!(" {options}"));
         let _ = write!(
             page,
             "## {heading}\n\n{}\n\n**What should happen:** {}\n\n![{title}](pictures/{name}.svg)\n\n\
              `simrun draw scenarios/{name}.yaml{options}`\n\n",
-            part("Shows"),
+            capital(part("Shows")),
             part("Should happen"),
         );
     }
