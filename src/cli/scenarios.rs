@@ -1,8 +1,8 @@
 //! The arguments that name a scenario and change it, shared by the subcommands.
 
+use super::Failure;
 use super::isolated::Isolate;
 use super::memory::MemoryLimit;
-use super::Failure;
 use crate::experiment::{Experiment, PrepareError};
 use crate::results::Manifest;
 use crate::scenario::{Edit, ScenarioFile};
