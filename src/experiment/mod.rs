@@ -201,7 +201,9 @@ impl Experiment {
     pub fn load(file: &ScenarioFile, edits: &[Edit]) -> Result<Self, PrepareError> {
         let scenario = file.read(edits)?;
         let points = file.points(&scenario, edits)?;
-        let origin = (file.path().display().to_string(), edits.iter().map(|edit| edit.argument().to_owned()).collect());
+        // More episodes drive none of them otherwise: a run that was extended has the traces of a longer one.
+        let arguments = edits.iter().map(Edit::argument).filter(|argument| !argument.starts_with("episodes="));
+        let origin = (file.path().display().to_string(), arguments.map(str::to_owned).collect());
         Ok(Self { origin, ..Self::new(scenario, points, file.folder())? })
     }
 
