@@ -30,7 +30,7 @@
 //!  "seen": [[0, [0, 2]]],               // from that row on the robot senses these movers, by number
 //!  "sensed": [[0, [[x,y],…]]],          // where it senses them, each 5 rows; only where sensing is noisy, else []
 //!  "grown": [[12, [cell,…], [cell,…]]], // cells that entered and left the robot's map at that row; delta arrays of row-major indices
-//!  "lidar": {"first": −3141, "step": 35, "count": 90, "every": 5, "unit_mm": 10, "ranges": […]},    // or null; scan k is of row k · every; per ray the
+//!  "lidar": {"first": −3124.139, "step": 69.813, "count": 90, "every": 5, "unit_mm": 10, "ranges": […]},    // or null; scan k is of row k · every; per ray the
 //!                                       // first range, then its difference to the last scan: all rays of scan 0, all of scan 1, …; 0 is no echo
 //!  "paths": [{"row": 0, "x": […], "y": […], "nodes": [[x,y],…]}],       // delta arrays of a polyline; the path in force from that row on
 //!  "sub_goal": [[row, x, y], …],        // where it changes
@@ -212,8 +212,8 @@ struct Mover {
 
 #[derive(Debug, Serialize)]
 struct Lidar {
-    first: i64,
-    step: i64,
+    first: f64,
+    step: f64,
     count: usize,
     every: usize,
     unit_mm: f64,
@@ -482,9 +482,11 @@ fn lidar(recording: &Recording, field_of_view_rad: f64) -> Option<Lidar> {
         }
     }
     let step_rad = field_of_view_rad / rays as f64;
+    // Ninety steps add up: they are given to the thousandth of a milliradian.
+    let mrad = |angle_rad: f64| math::canonical((angle_rad * 1e6).round() / 1e3);
     Some(Lidar {
-        first: thousandths(0.5 * step_rad - 0.5 * field_of_view_rad),
-        step: thousandths(step_rad * skip as f64),
+        first: mrad(0.5 * step_rad - 0.5 * field_of_view_rad),
+        step: mrad(step_rad * skip as f64),
         count,
         every,
         unit_mm: RANGE_UNIT_MM,

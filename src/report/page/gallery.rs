@@ -8,9 +8,11 @@ use super::thumbnail;
 use crate::experiment::{Experiment, in_order};
 use crate::math;
 use crate::metrics::failure::{Cause, cause};
+use crate::paper::{Paper, folder_of};
 use crate::results::{Identity, Row, metric_columns};
 use crate::scenario::ScenarioFile;
 use std::collections::BTreeMap;
+use std::iter;
 use std::path::{Path, PathBuf};
 
 /// An episode of the gallery.
@@ -65,6 +67,9 @@ impl Source {
 fn scenario_words(gathered: &Gathered) -> String {
     let Some(launch) = gathered.launch() else { return format!("{}.yaml", gathered.scenario) };
     let words = launch.command.get(1..).unwrap_or_default();
+    if let Some(table) = table_words(&launch.folder, words, &gathered.scenario) {
+        return table;
+    }
     let is_scenario = |word: &&String| word.ends_with(".yaml") || word.ends_with(".yml");
     let named: Vec<&String> = words.iter().filter(is_scenario).collect();
     let stem = |word: &str| Path::new(word).file_stem().map(|stem| stem.to_string_lossy().into_owned());
@@ -92,6 +97,24 @@ fn scenario_words(gathered: &Gathered) -> String {
         }
     }
     out
+}
+
+/// A run of `simrun reproduce` as a command names it: the scenario of the paper's table with the edits of the table and of the choice.
+fn table_words(folder: &Path, words: &[String], name: &str) -> Option<String> {
+    let papers = Path::new("scenarios/papers");
+    let named = words.strip_prefix(&["reproduce".to_owned()])?.iter().filter(|word| !word.starts_with('-'));
+    for paper in named.filter_map(|word| Paper::read(&folder.join(papers), word).ok()) {
+        for table in &paper.manifest.tables {
+            let choices = paper.manifest.ablate.iter().map(Some);
+            let Some(choice) = iter::once(None).chain(choices).find(|choice| folder_of(table, *choice) == name) else {
+                continue;
+            };
+            let edits = table.set.iter().chain(choice.iter().flat_map(|choice| &choice.set));
+            let edits: String = edits.map(|edit| format!(" --set {}", quoted(edit))).collect();
+            return Some(quoted(&papers.join(&table.scenario).to_string_lossy()) + &edits);
+        }
+    }
+    None
 }
 
 /// A word of a command line, in quotes if a shell would read it otherwise.
