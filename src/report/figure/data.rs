@@ -78,11 +78,11 @@ impl Rows {
     /// # Errors
     /// If it cannot be read, or has no column of such a name; the message names the nearest one.
     pub fn read(path: &Path, columns: &[&str]) -> Result<Self, FigureError> {
-        let mut reader = open(path)?;
+        let reader = open(path)?;
         let places = columns.iter().map(|name| place(name, reader.swept())).collect::<Result<Vec<Place>, _>>()?;
         let mut rows = Self::default();
         let mut readings: Vec<Reading> = places.iter().map(|_| Reading::default()).collect();
-        while let Some(row) = reader.next() {
+        for row in reader {
             let row = row.map_err(|source| ResultsError::Read { path: path.to_owned(), source })?;
             if rows.scenario.is_empty() {
                 rows.scenario.clone_from(&row.scenario);

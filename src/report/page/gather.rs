@@ -12,7 +12,7 @@ use crate::results::{
     Column, EPISODES_CSV, Identity, Launch, Manifest, Rate, Reader, ResultsError, Row, Statistics, metric_column,
 };
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::rc::Rc;
 
 /// Whole rows that are kept for the tests, of all points together.
@@ -21,8 +21,6 @@ const ROWS_KEPT_MAX: u64 = 60_000;
 /// What the rows of a folder say.
 #[derive(Debug)]
 pub(super) struct Gathered {
-    /// The folder, or the file that was named.
-    pub path: PathBuf,
     /// Name of the scenario.
     pub scenario: String,
     /// Swept keys.
@@ -133,7 +131,6 @@ impl Gathered {
         let table = file.file_name().unwrap_or_default().to_string_lossy();
         let manifest = Manifest::read(folder).ok();
         let mut found = Self {
-            path: path.to_owned(),
             scenario: String::new(),
             keys: reader.swept().to_vec(),
             points: Vec::new(),
