@@ -53,13 +53,12 @@ impl Curves {
         let intervals = means().filter_map(|mean| mean.interval).flat_map(|(low, high)| [low, high]);
         let cloud = || self.curves.iter().flat_map(|curve| &curve.cloud);
         let ys = means().map(|mean| mean.y).chain(intervals).chain(cloud().map(|point| point.1));
-        let ends = self.y_ends.into_iter().flat_map(|(low, high)| [low, high]);
-        let y_extent = Extent { values: ys.chain(ends).collect(), places: Vec::new(), is_log: self.is_log[1] };
+        let y_extent = Extent { values: ys.collect(), ends: self.y_ends, places: Vec::new(), is_log: self.is_log[1] };
         let y = Axis::new(&y_extent, ((bottom - from) / (2.6 * font)) as usize, (bottom, from));
         let widest = y.ticks.iter().map(|tick| sheet.width_of(&tick.label)).fold(0.0, math::max);
         let (start, end) = (left + widest + 0.9 * font, left + width_px - 0.3 * font);
         let xs = means().map(|mean| mean.x).chain(cloud().map(|point| point.0)).collect();
-        let x_extent = Extent { values: xs, places: self.x_places.clone(), is_log: self.is_log[0] };
+        let x_extent = Extent { values: xs, ends: None, places: self.x_places.clone(), is_log: self.is_log[0] };
         let x = Axis::new(&x_extent, ((end - start) / (4.5 * font)) as usize, (start, end));
 
         sheet.text((left, top + 0.9 * font), Anchor::Start, INK, &self.y_label);
@@ -78,7 +77,7 @@ impl Curves {
         }
         sheet.line((start, bottom), (end, bottom), INK, 0.8);
         let middle = (start + end) / 2.0;
-        sheet.text((middle, bottom + 2.8 * font), Anchor::Middle, INK, &self.x_label);
+        sheet.label((middle, bottom + 2.8 * font), (left, left + width_px), &self.x_label);
         self.draw_curves(sheet, &x, &y, end - start);
     }
 

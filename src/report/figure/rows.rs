@@ -46,10 +46,13 @@ impl Rows {
         let (start, end) = (left + widest + 0.9 * font, left + width_px - 1.2 * font);
         let bottom = top + self.rows.len() as f64 * ROW * font + 0.2 * font;
         let intervals = self.rows.iter().filter_map(|row| row.interval).flat_map(|(low, high)| [low, high]);
-        let ends = self.ends.into_iter().flat_map(|(low, high)| [low, high]).chain(self.reference);
         let values = self.rows.iter().flat_map(|row| row.cloud.iter().copied().chain(row.mean));
-        let extent =
-            Extent { values: values.chain(intervals).chain(ends).collect(), places: Vec::new(), is_log: self.is_log };
+        let extent = Extent {
+            values: values.chain(intervals).chain(self.reference).collect(),
+            ends: self.ends,
+            places: Vec::new(),
+            is_log: self.is_log,
+        };
         let axis = Axis::new(&extent, ((end - start) / (4.5 * font)) as usize, (start, end));
 
         for tick in &axis.ticks {
@@ -59,7 +62,7 @@ impl Rows {
             sheet.text((at, bottom + 1.35 * font), Anchor::Middle, INK, &tick.label);
         }
         sheet.line((start, bottom), (end, bottom), INK, 0.8);
-        sheet.text(((start + end) / 2.0, bottom + 2.7 * font), Anchor::Middle, INK, &self.label);
+        sheet.label(((start + end) / 2.0, bottom + 2.7 * font), (left, left + width_px), &self.label);
         if let Some(reference) = self.reference.and_then(|value| axis.at(value)) {
             sheet.line((reference, top), (reference, bottom), FAINT_INK, LINE_PX);
         }

@@ -1,7 +1,8 @@
 //! The paper that figures are drawn on: lines, marks and texts, 96 pixels an inch, y down.
 
 use crate::geometry::{Rect, Vec2};
-use crate::report::palette::{self, Colour, PAPER};
+use crate::math;
+use crate::report::palette::{self, Colour, INK, PAPER};
 use crate::report::picture::{Anchor, Paint, Picture, Text, font};
 
 /// Pixels of a millimetre.
@@ -37,7 +38,7 @@ impl Sheet {
         let half = 0.09 * self.font_px;
         for (x, y) in points {
             let (min, max) = (Vec2::new(x - half, y - half), Vec2::new(x + half, y + half));
-            self.picture.rect(Rect { min, max }, Paint::fill(colour).faded(0.35));
+            self.picture.rect(Rect { min, max }, Paint::fill(colour).faded(0.45));
         }
     }
 
@@ -57,6 +58,13 @@ impl Sheet {
 
     pub fn text(&mut self, (x, y): (f64, f64), anchor: Anchor, colour: Colour, words: &str) {
         self.picture.text(Text::new(Vec2::new(x, y), self.font_px, words).anchored(anchor).coloured(colour));
+    }
+
+    /// The label of an axis about its middle, moved so that it stays between the edges of its panel.
+    pub fn label(&mut self, (middle, base): (f64, f64), (left, right): (f64, f64), words: &str) {
+        let half = self.width_of(words) / 2.0;
+        let at = math::max(left + half, math::min(middle, right - half));
+        self.text((at, base), Anchor::Middle, INK, words);
     }
 
     /// Width of a text, px.
