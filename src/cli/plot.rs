@@ -2,8 +2,12 @@
 
 use super::{Failure, print, say};
 use crate::report::figure::{self, Asked, Figure, FigureError, Style};
+use crate::report::picture;
 use crate::results::EPISODES_CSV;
 use std::path::{Path, PathBuf};
+
+/// Pixels of a PNG for each of a picture, of which an inch has 96.
+const PNG_SCALE: f64 = 600.0 / 96.0;
 
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -96,11 +100,11 @@ struct Table {
 
 #[derive(Debug, clap::Args)]
 struct Looks {
-    /// File to write, .svg; `-` is stdout.
+    /// File to write: .svg, .pdf or .png (600 dots an inch) by its ending; `-` is SVG on stdout.
     #[arg(short, long, value_name = "FILE", default_value = "plot.svg")]
     out: PathBuf,
     /// Width of the figure, mm: 88 for a column, 180 for a page.
-    #[arg(long, value_name = "MM", default_value_t = 88.0, value_parser = between::<30, 1000>)]
+    #[arg(long, value_name = "MM", default_value_t = 88.0, value_parser = between::<30, 600>)]
     width_mm: f64,
     /// Size of the letters, pt.
     #[arg(long, value_name = "PT", default_value_t = 8.0, value_parser = between::<4, 40>)]
@@ -176,18 +180,23 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
 }
 
 fn write(figure: Result<Figure, FigureError>, looks: &Looks) -> Result<(), Failure> {
-    let ending = looks.out.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    if looks.out.as_os_str() != "-" && !ending.eq_ignore_ascii_case("svg") {
-        return Err(Failure::usage(format!("{}: figures are written as .svg", looks.out.display())));
+    let (style, shown) = (looks.style(), looks.out.display());
+    let ending = looks.out.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    let is_known = ["svg", "pdf", "png"].iter().any(|known| ending.as_deref() == Some(known));
+    if looks.out.as_os_str() != "-" && !is_known {
+        return Err(Failure::usage(format!("{shown}: figures are written as .svg, .pdf or .png")));
     }
     let figure = figure.map_err(Failure::usage)?;
-    let svg = figure.svg(&looks.style());
     if looks.out.as_os_str() == "-" {
-        print(&svg)?;
+        print(&figure.svg(&style))?;
     } else {
-        std::fs::write(&looks.out, svg).map_err(|error| super::cannot_write(&looks.out, &error))?;
+        let bytes = match ending.as_deref() {
+            Some("pdf") => picture::pdf(&figure.picture(&style)),
+            Some("png") => picture::png(&picture::raster(&figure.picture(&style), PNG_SCALE)),
+            _ => figure.svg(&style).into_bytes(),
+        };
+        std::fs::write(&looks.out, bytes).map_err(|error| super::cannot_write(&looks.out, &error))?;
     }
-    let shown = looks.out.display();
     say(&format!("{shown}: {}", figure.caption));
     Ok(())
 }

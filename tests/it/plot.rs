@@ -59,15 +59,8 @@ fn label(svg: &str, words: &str) -> (f64, f64) {
 
 /// The middles of the discs, the marks of the first series.
 fn discs(svg: &str) -> Vec<(f64, f64)> {
-    let marks = svg.lines().filter(|line| line.starts_with("<path d=\"M") && line.contains(" 0 1 0 "));
-    let disc = |line: &str| {
-        let data = line.trim_start_matches("<path d=\"M").split(" 0 1 0 ").next().unwrap().to_owned();
-        let (start, radius) = data.split_once('a').unwrap();
-        let (x, y) = start.split_once(' ').unwrap();
-        let radius: f64 = radius.split(' ').next().unwrap().parse().unwrap();
-        (x.parse::<f64>().unwrap() + radius, y.parse::<f64>().unwrap())
-    };
-    marks.map(disc).collect()
+    let marks = svg.lines().filter(|line| line.starts_with("<circle"));
+    marks.map(|line| (attribute(line, "cx"), attribute(line, "cy"))).collect()
 }
 
 const DRIVES: [Drive<'static>; 7] = [
@@ -103,9 +96,9 @@ fn means_stand_where_the_axes_say() {
 
 /// The height of the line of the grid nearest to a label.
 fn tick_line(svg: &str, label_y: f64) -> f64 {
-    let lines = svg.lines().filter(|line| line.starts_with("<path d=\"M") && line.contains("stroke=\"#e3e6ea\""));
+    let lines = svg.lines().filter(|line| line.starts_with("<path d=\"M") && line.contains("#e3e5e8"));
     let heights = lines.map(|line| {
-        let data = line.trim_start_matches("<path d=\"M").split('L').next().unwrap();
+        let data = line.trim_start_matches("<path d=\"M").split(['H', 'L']).next().unwrap();
         data.split_once(' ').unwrap().1.parse::<f64>().unwrap()
     });
     heights.min_by(|a, b| (a - label_y).abs().total_cmp(&(b - label_y).abs())).unwrap()

@@ -16,10 +16,44 @@ pub(super) struct Axis {
 pub(super) struct Extent {
     /// Values that it must hold.
     pub values: Vec<f64>,
+    /// Its ends where they are known, such as 0 and 100 per cent.
+    pub ends: Option<(f64, f64)>,
     /// Its ticks, where they are given: the places of a key, or words.
     pub places: Vec<Tick>,
     /// Whether it is logarithmic; values that are not above 0 are not on it.
     pub is_log: bool,
+}
+
+impl Extent {
+    /// A scale that holds the values with a little room at its ends; from 0 where they are all above it and not far away. No end is moved to a
+    /// round number, so that no room is lost.
+    fn scale(&self, (from_px, to_px): (f64, f64)) -> Scale {
+        let known = self.ends.into_iter().flat_map(|(low, high)| [low, high]);
+        let values = self.values.iter().copied().filter(|value| value.is_finite()).chain(known);
+        let (mut low, mut high) =
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (math::min(low, x), math::max(high, x)));
+        if low > high {
+            (low, high) = (0.0, 1.0);
+        }
+        // A single value stands in the middle.
+        if high - low <= 1e-9 * math::max(math::max(high.abs(), low.abs()), 1e-9) {
+            let half = if low == 0.0 { 0.5 } else { low.abs() / 2.0 };
+            (low, high) = (low - half, high + half);
+        }
+        let from_zero = low > 0.0 && low < 0.5 * high;
+        if from_zero {
+            low = 0.0;
+        }
+        let room = 0.04 * (high - low);
+        let is_low_end = from_zero || self.ends.is_some_and(|(end, _)| end == low);
+        let is_high_end = self.ends.is_some_and(|(_, end)| end == high);
+        Scale {
+            low: if is_low_end { low } else { low - room },
+            high: if is_high_end { high } else { high + room },
+            from_px,
+            to_px,
+        }
+    }
 }
 
 fn log10(value: f64) -> f64 {
@@ -34,8 +68,11 @@ impl Axis {
             return Self::log(extent, pixels);
         }
         if extent.places.is_empty() {
-            let scale = Scale::covering_near_zero(extent.values.iter().copied(), about, pixels);
-            return Self { ticks: scale.ticks(about), scale, is_log };
+            let scale = extent.scale(pixels);
+            // Two ticks are too few to read values by.
+            let choices = (about.max(2)..about.max(2) + 4).map(|about| scale.ticks(about));
+            let ticks = choices.max_by_key(|ticks| (ticks.len().min(3), std::cmp::Reverse(ticks.len())));
+            return Self { ticks: ticks.unwrap_or_default(), scale, is_log };
         }
         // Half a place of room at both ends.
         let values = || extent.places.iter().map(|tick| tick.value).chain(extent.values.iter().copied());
@@ -127,9 +164,24 @@ mod tests {
     }
 
     #[test]
+    fn ends_are_where_the_data_end_and_ticks_are_round() {
+        let axis = |values: &[f64], ends| {
+            Axis::new(&Extent { values: values.to_vec(), ends, ..Extent::default() }, 4, (0.0, 100.0))
+        };
+        let labels = |axis: &Axis| axis.ticks.iter().map(|tick| tick.label.clone()).collect::<Vec<String>>();
+        // From 0, and a twenty-sixth of the room above the highest.
+        let near = axis(&[12.0, 38.0], None);
+        assert!(near.at(0.0) == Some(0.0) && (near.at(38.0).unwrap() - 100.0 / 1.04).abs() < 1e-9);
+        let rate = axis(&[70.0, 100.0], Some((0.0, 100.0)));
+        assert_eq!((rate.at(0.0), rate.at(100.0)), (Some(0.0), Some(100.0)));
+        // Ticks at −0.2, 0 and 0.2 alone would be one, for the ends are nearer.
+        assert!(labels(&axis(&[-0.15, 0.17], None)).len() >= 3);
+    }
+
+    #[test]
     fn places_are_ticks_with_room_at_both_ends() {
         let places = [0.2, 0.3, 0.5].map(|value| Tick { value, label: value.to_string() });
-        let extent = Extent { values: Vec::new(), places: places.to_vec(), is_log: false };
+        let extent = Extent { places: places.to_vec(), ..Extent::default() };
         let axis = Axis::new(&extent, 5, (0.0, 90.0));
         assert_eq!(axis.ticks.len(), 3);
         assert!(axis.at(0.2).unwrap() > 5.0 && axis.at(0.5).unwrap() < 85.0);

@@ -1,9 +1,11 @@
 //! A panel of values over a key or a column: means with intervals, and the points of worlds behind them.
 
 use super::axis::{Axis, Extent};
-use super::sheet::{INK, LINE_PX, Sheet};
+use super::sheet::{LINE_PX, Sheet};
 use crate::math;
-use crate::report::chart::{Anchor, Tick};
+use crate::report::chart::Tick;
+use crate::report::palette::{GRID_LINE, INK, series as series_colour};
+use crate::report::picture::Anchor;
 
 /// A panel of curves.
 #[derive(Clone, Debug, Default)]
@@ -51,32 +53,31 @@ impl Curves {
         let intervals = means().filter_map(|mean| mean.interval).flat_map(|(low, high)| [low, high]);
         let cloud = || self.curves.iter().flat_map(|curve| &curve.cloud);
         let ys = means().map(|mean| mean.y).chain(intervals).chain(cloud().map(|point| point.1));
-        let ends = self.y_ends.into_iter().flat_map(|(low, high)| [low, high]);
-        let y_extent = Extent { values: ys.chain(ends).collect(), places: Vec::new(), is_log: self.is_log[1] };
+        let y_extent = Extent { values: ys.collect(), ends: self.y_ends, places: Vec::new(), is_log: self.is_log[1] };
         let y = Axis::new(&y_extent, ((bottom - from) / (2.6 * font)) as usize, (bottom, from));
         let widest = y.ticks.iter().map(|tick| sheet.width_of(&tick.label)).fold(0.0, math::max);
         let (start, end) = (left + widest + 0.9 * font, left + width_px - 0.3 * font);
         let xs = means().map(|mean| mean.x).chain(cloud().map(|point| point.0)).collect();
-        let x_extent = Extent { values: xs, places: self.x_places.clone(), is_log: self.is_log[0] };
+        let x_extent = Extent { values: xs, ends: None, places: self.x_places.clone(), is_log: self.is_log[0] };
         let x = Axis::new(&x_extent, ((end - start) / (4.5 * font)) as usize, (start, end));
 
-        sheet.text((left, top + 0.9 * font), Anchor::Start, INK.text, &self.y_label);
+        sheet.text((left, top + 0.9 * font), Anchor::Start, INK, &self.y_label);
         for tick in &y.ticks {
             let at = y.within(tick.value);
-            sheet.line((start, at), (end, at), INK.grid, 0.6);
-            sheet.text((start - 0.5 * font, at + 0.35 * font), Anchor::End, INK.text, &tick.label);
+            sheet.line((start, at), (end, at), GRID_LINE, 0.6);
+            sheet.text((start - 0.5 * font, at + 0.35 * font), Anchor::End, INK, &tick.label);
         }
         for (tick, words) in x.ticks.iter().zip(self.fitted(sheet, &x)) {
             let at = x.within(tick.value);
-            sheet.line((at, bottom), (at, bottom + 0.3 * font), INK.text, 0.8);
+            sheet.line((at, bottom), (at, bottom + 0.3 * font), INK, 0.8);
             for (line, word) in words.iter().enumerate() {
                 let base = bottom + (1.35 + 1.1 * line as f64) * font;
-                sheet.text((at, base), Anchor::Middle, INK.text, word);
+                sheet.text((at, base), Anchor::Middle, INK, word);
             }
         }
-        sheet.line((start, bottom), (end, bottom), INK.text, 0.8);
+        sheet.line((start, bottom), (end, bottom), INK, 0.8);
         let middle = (start + end) / 2.0;
-        sheet.text((middle, bottom + 2.8 * font), Anchor::Middle, INK.text, &self.x_label);
+        sheet.label((middle, bottom + 2.8 * font), (left, left + width_px), &self.x_label);
         self.draw_curves(sheet, &x, &y, end - start);
     }
 
@@ -97,10 +98,10 @@ impl Curves {
                 let (px, py) = placed(at, px, py)?;
                 Some((px + aside(k), py))
             });
-            sheet.cloud(points.collect::<Vec<_>>(), INK.series(curve.series));
+            sheet.cloud(points.collect::<Vec<_>>(), series_colour(curve.series));
         }
         for (at, curve) in self.curves.iter().enumerate() {
-            let colour = INK.series(curve.series);
+            let colour = series_colour(curve.series);
             let means: Vec<(f64, f64)> = curve.means.iter().filter_map(|mean| placed(at, mean.x, mean.y)).collect();
             if self.is_joined {
                 sheet.polyline(&means, colour, 1.2 * LINE_PX);

@@ -375,7 +375,7 @@ pub fn pairs(path: &Path, asked: &Asked) -> Result<Figure, FigureError> {
             Some(Better::Lower) => ", less is better",
             None => "",
         };
-        let label = if is_success { "Success (percentage points)".to_owned() } else { axis_label(name) };
+        let label = if is_success { "Success (points)".to_owned() } else { axis_label(name) };
         Panel::Rows(rows::Rows {
             label: format!("Δ {label}{better}"),
             ends: None,

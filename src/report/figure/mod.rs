@@ -14,12 +14,13 @@ mod sheet;
 pub use data::{FigureError, swept_keys};
 pub use kinds::{Asked, columns, pairs, stacks, sweep};
 
-use super::chart::Anchor;
+use super::palette::{INK, series as series_colour};
+use super::picture::{Anchor, Picture, svg};
 use crate::math;
 use crate::settings::unit_of;
 use curves::Curves;
 use rows::Rows;
-use sheet::{INK, MM_PX, Sheet};
+use sheet::{MM_PX, Sheet};
 
 /// Size and looks of a figure.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,8 +70,15 @@ impl Panel {
 const PANEL_MIN: f64 = 26.0;
 
 impl Figure {
-    /// The figure as a file of SVG.
+    /// The figure as a file of SVG that says how large it is on paper.
     pub fn svg(&self, style: &Style) -> String {
+        let picture = self.picture(style);
+        let [width, height] = [picture.width, picture.height].map(|px| (px / MM_PX * 100.0).round() / 100.0);
+        svg(&picture).replacen("<svg ", &format!("<svg width=\"{width}mm\" height=\"{height}mm\" "), 1)
+    }
+
+    /// The figure as a picture, 96 pixels an inch.
+    pub fn picture(&self, style: &Style) -> Picture {
         let (width, font) = (style.width_mm * MM_PX, style.font_size_pt * 96.0 / 72.0);
         let margin = 0.6 * font;
         let columns = (((width - margin) / (PANEL_MIN * font)) as usize).clamp(1, self.panels.len().max(1));
@@ -87,13 +95,13 @@ impl Figure {
         let mut sheet =
             Sheet::new(width, 2.0 * margin + title_px + legend_px + lines.iter().sum::<f64>() - 0.9 * font, font);
         if let Some(title) = &style.title {
-            sheet.text((margin, margin + 0.9 * font), Anchor::Start, INK.text, title);
+            sheet.text((margin, margin + 0.9 * font), Anchor::Start, INK, title);
         }
         for ((name, series), (x, line)) in self.legend.iter().zip(places) {
             let (x, y) = (margin + x, margin + title_px + (line as f64 + 0.6) * 1.4 * font);
-            sheet.line((x, y), (x + 1.8 * font, y), INK.series(*series), 1.2);
+            sheet.line((x, y), (x + 1.8 * font, y), series_colour(*series), 1.2);
             sheet.mark(*series, (x + 0.9 * font, y));
-            sheet.text((x + 2.3 * font, y + 0.35 * font), Anchor::Start, INK.text, name);
+            sheet.text((x + 2.3 * font, y + 0.35 * font), Anchor::Start, INK, name);
         }
         let mut top = margin + title_px + legend_px;
         for (panels, height) in self.panels.chunks(columns).zip(lines) {
@@ -106,7 +114,7 @@ impl Figure {
             }
             top += height;
         }
-        sheet.svg(&self.caption)
+        sheet.picture
     }
 
     /// Where each entry of the legend begins, and on which line.
