@@ -86,7 +86,8 @@ mod tests {
         let mut labels = labels();
         let places: Vec<_> =
             (0..20).filter_map(|_| labels.place(Vec2::new(50.0, 50.0), 6.0, "10", 10.0, false)).collect();
-        assert!((4..=8).contains(&places.len()), "{}", places.len());
+        // At the least one to the right of the point and one to its left.
+        assert!(places.len() >= 2, "{}", places.len());
         for (index, a) in labels.taken.iter().enumerate() {
             assert!(labels.taken[..index].iter().all(|b| !overlap(a, b)));
         }
