@@ -64,7 +64,7 @@ const MARGIN: f64 = 14.0;
 /// Height of a map at most, as a share of the width of the page.
 const TALL: f64 = 0.95;
 /// A page is never narrower, however tall its map, as a share of what was asked for.
-const NARROW: f64 = 0.65;
+const NARROW: f64 = 0.62;
 
 /// A drive as the layers of a picture take it.
 #[derive(Clone, Copy)]
