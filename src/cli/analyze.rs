@@ -1,8 +1,10 @@
 //! `simrun analyze`: result files become comparisons.
 
-use super::{Failure, Out, say};
-use crate::comparison::{self, Format, Gate, Margins, Pairing, Section, Table};
+use super::json::{self, Object};
+use super::{Failure, Out, command_comment, say};
+use crate::comparison::{self, Baseline, Format, Gate, Margins, Pairing, Section, Table};
 use crate::settings::quantity::counted;
+use serde_json::{Value as Json, json};
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -38,7 +40,8 @@ pub(super) struct Args {
     /// --margin time_s=5% (repeatable). Without one: 0.1 %, success 0.
     #[arg(long, value_name = "METRIC=VALUE", requires = "baseline")]
     margin: Vec<String>,
-    /// How to print it; csv holds the tests alone (summary.csv has the stacks), with --compare-points the ranking with its tests.
+    /// How to print it; csv holds the tests alone (summary.csv has the stacks), with --compare-points the ranking with its tests; json holds all of it,
+    /// numbers unrounded.
     #[arg(long, value_enum, default_value_t = Shape::Text)]
     format: Shape,
     #[command(flatten)]
@@ -49,10 +52,24 @@ pub(super) struct Args {
 enum Shape {
     Text,
     Markdown,
+    /// Tables of LaTeX; they need the package booktabs.
+    Latex,
     Csv,
+    Json,
 }
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
+    match args.format {
+        Shape::Text => analyze(args, Some(Format::Text), &mut Object::new()),
+        Shape::Markdown => analyze(args, Some(Format::Markdown), &mut Object::new()),
+        Shape::Latex => analyze(args, Some(Format::Latex), &mut Object::new()),
+        Shape::Csv => analyze(args, Some(Format::Csv), &mut Object::new()),
+        Shape::Json => json::answer("analyze", &args.out, |document| analyze(args, None, document)),
+    }
+}
+
+/// Compares, and writes it in a format; without one into the document.
+fn analyze(args: &Args, format: Option<Format>, document: &mut Object) -> Result<(), Failure> {
     let read = |file: &PathBuf| {
         let table = comparison::read_table(file).map_err(Failure::usage)?;
         if !table.missing.is_empty() {
@@ -72,24 +89,27 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
         if args.files.len() > 1 {
             return Err(Failure::usage("--baseline compares one run with one older run"));
         }
+        if !matches!(args.format, Shape::Text | Shape::Json) {
+            return Err(Failure::usage("--baseline prints text or json"));
+        }
         let gate = Gate::new(&args.metrics, &args.margin).map_err(Failure::usage)?;
-        return baseline(&read(old)?, &tables[0], &gate, &args.out);
+        return baseline(&read(old)?, &tables[0], &gate, format.map(|_| &args.out), document);
     }
-    let format = match args.format {
-        Shape::Text => Format::Text,
-        Shape::Markdown => Format::Markdown,
-        Shape::Csv => Format::Csv,
-    };
     if args.compare_points {
-        if args.files.len() > 1 && format == Format::Csv {
+        if args.files.len() > 1 && format == Some(Format::Csv) {
             return Err(Failure::usage(
                 "--compare-points --format csv takes one table: each sweep has columns of its own",
             ));
         }
         let rankings = tables.iter().map(|table| comparison::rank_points(table, &args.metrics));
         let rankings = rankings.collect::<Result<Vec<_>, _>>().map_err(Failure::usage)?;
+        let Some(format) = format else {
+            let rankings: Vec<Json> = rankings.iter().map(comparison::points_json).collect();
+            document.insert("rankings".to_owned(), rankings.into());
+            return Ok(());
+        };
         let texts = rankings.iter().map(|ranking| comparison::render_points(ranking, format, args.out.width()));
-        return args.out.write(&texts.collect::<String>());
+        return args.out.write(&(command_comment(format) + &texts.collect::<String>()));
     }
     let sections = tables.into_iter().flat_map(|table| table.sections).collect::<Vec<Section>>();
     let pairing = Pairing {
@@ -103,7 +123,12 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     if sections.len() > 1 && reports.iter().all(|report| report.comparisons.is_empty()) {
         say("no point has two stacks to compare; --compare-points compares the points");
     }
-    args.out.write(&comparison::render(&reports, format, args.out.width()))
+    let Some(format) = format else {
+        let sections: Vec<Json> = reports.iter().map(comparison::report_json).collect();
+        document.insert("sections".to_owned(), sections.into());
+        return Ok(());
+    };
+    args.out.write(&(command_comment(format) + &comparison::render(&reports, format, args.out.width())))
 }
 
 /// Rows that moved, named one by one.
@@ -112,8 +137,39 @@ const MOVED_SHOWN: usize = 20;
 /// Settings that differ from the baseline's, named one by one.
 const SETTINGS_SHOWN: usize = 6;
 
-fn baseline(old: &Table, new: &Table, gate: &Gate, out: &Out) -> Result<(), Failure> {
+/// Compares with an older run, and writes it to `out`; without one into the document.
+fn baseline(old: &Table, new: &Table, gate: &Gate, out: Option<&Out>, document: &mut Object) -> Result<(), Failure> {
     let found = comparison::compare_baseline(&old.sections, &new.sections, gate).map_err(Failure::usage)?;
+    match out {
+        Some(out) => out.write(&baseline_text(old, new, &found, out.width()))?,
+        None => document.extend(baseline_json(old, new, &found)),
+    }
+    if found.regressions.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::Requirement(format!("error: worse than the baseline: {}", found.regressions.join("; "))))
+}
+
+fn baseline_json(old: &Table, new: &Table, found: &Baseline) -> Object {
+    let moved =
+        found.moved.iter().map(|(point, stack, episode)| json!({ "point": point, "stack": stack, "episode": episode }));
+    let version = |table: &Table| table.identity.as_ref().map(|identity| identity.version.clone());
+    let found = [
+        ("regressions", json!(found.regressions)),
+        ("baseline_version", json!(version(old))),
+        ("version", json!(version(new))),
+        ("settings_that_differ", json!(new.settings_that_differ(old))),
+        ("rows", json!(found.rows)),
+        ("missing", json!(found.missing)),
+        ("new", json!(found.added)),
+        ("other_worlds", json!(found.other_worlds)),
+        ("moved", moved.collect()),
+        ("tests", comparison::tests_json(&found.comparisons, &[]).into()),
+    ];
+    found.map(|(key, value)| (key.to_owned(), value)).into_iter().collect()
+}
+
+fn baseline_text(old: &Table, new: &Table, found: &Baseline, width: usize) -> String {
     let mut text = match found.regressions.as_slice() {
         [] => "No worse than the baseline.\n".to_owned(),
         regressions => format!("Worse than the baseline: {}\n", regressions.join("; ")),
@@ -154,11 +210,7 @@ fn baseline(old: &Table, new: &Table, gate: &Gate, out: &Out) -> Result<(), Fail
     }
     if !found.comparisons.is_empty() {
         text += "\nNew against old, on the same worlds:\n";
-        text += &comparison::comparison_table(&found.comparisons, Format::Text, out.width());
+        text += &comparison::comparison_table(&found.comparisons, Format::Text, width);
     }
-    out.write(&text)?;
-    if found.regressions.is_empty() {
-        return Ok(());
-    }
-    Err(Failure::Requirement(format!("error: worse than the baseline: {}", found.regressions.join("; "))))
+    text
 }

@@ -1,14 +1,15 @@
 //! `simrun failures`: the failed episodes of a folder of results by their cause, each with the commands that drive it again.
 
 use super::scenarios::Changes;
-use super::{Failure, Out, say, shell};
+use super::{Failure, Out, json, say, shell};
 use crate::episode::Outcome;
 use crate::experiment::{Experiment, in_order, threads_available};
 use crate::files;
 use crate::metrics::failure::{Cause, cause};
 use crate::results::layout::{hanging, lines};
-use crate::results::{EPISODES_CSV, Reader, Row};
+use crate::results::{EPISODES_CSV, Field, Reader, Row, json_object};
 use crate::settings::quantity::counted;
+use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -41,6 +42,7 @@ pub(super) struct Args {
 enum Shape {
     Text,
     Csv,
+    Json,
 }
 
 /// A failed episode.
@@ -51,6 +53,31 @@ struct Failed {
 }
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
+    if args.format != Shape::Json {
+        return print_failures(args);
+    }
+    json::answer("failures", &args.out, |document| {
+        let (all, failed) = failures(args)?;
+        let count = failed.len();
+        let lines = lines_of(&args.folder, &grouped(failed, args.each));
+        let lines: Vec<Json> = lines.iter().map(|line| json_object(HEADER, line).into()).collect();
+        document.insert("episodes".to_owned(), all.into());
+        document.insert("failed".to_owned(), count.into());
+        document.insert("failures".to_owned(), lines.into());
+        Ok(())
+    })
+}
+
+fn print_failures(args: &Args) -> Result<(), Failure> {
+    let (all, failed) = failures(args)?;
+    match args.format {
+        Shape::Csv => args.out.write(&csv(&lines_of(&args.folder, &grouped(failed, args.each)))?),
+        Shape::Text | Shape::Json => args.out.write(&text(args, all, failed, args.out.width())),
+    }
+}
+
+/// The failed episodes of the folder in the order of its rows, and the number of all.
+fn failures(args: &Args) -> Result<(usize, Vec<Failed>), Failure> {
     let table = args.folder.join(EPISODES_CSV);
     let refused = |reason: &dyn std::fmt::Display| Failure::Usage(format!("error: {}: {reason}", table.display()));
     let reader = Reader::new(BufReader::new(files::open(&table, u64::MAX).map_err(|error| refused(&error))?))
@@ -77,11 +104,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             ));
         }
     }
-    let failed: Vec<Failed> = rows.into_iter().zip(causes).map(|(row, cause)| Failed { row, cause }).collect();
-    match args.format {
-        Shape::Text => args.out.write(&text(args, all, failed, args.out.width())),
-        Shape::Csv => args.out.write(&csv(&args.folder, &grouped(failed, args.each))?),
-    }
+    Ok((all, rows.into_iter().zip(causes).map(|(row, cause)| Failed { row, cause }).collect()))
 }
 
 /// What led to the failure: the episode is driven again.
@@ -175,43 +198,50 @@ fn text(args: &Args, all: usize, failed: Vec<Failed>, width: usize) -> String {
     text
 }
 
-fn csv(folder: &Path, groups: &[(String, usize, Vec<Failed>)]) -> Result<String, Failure> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer
-        .write_record([
-            "point",
-            "stack",
-            "episode",
-            "seed",
-            "outcome",
-            "collision_with",
-            "at_rest",
-            "cause",
-            "time_s",
-            "message",
-            "draw",
-            "run",
-        ])
-        .map_err(Failure::run)?;
-    for Failed { row, cause } in groups.iter().flat_map(|(_, _, failed)| failed) {
+/// The columns of the table.
+const HEADER: [&str; 12] = [
+    "point",
+    "stack",
+    "episode",
+    "seed",
+    "outcome",
+    "collision_with",
+    "at_rest",
+    "cause",
+    "time_s",
+    "message",
+    "draw",
+    "run",
+];
+
+/// The values of those columns, one line per failure.
+fn lines_of(folder: &Path, groups: &[(String, usize, Vec<Failed>)]) -> Vec<[Field; HEADER.len()]> {
+    let line = |Failed { row, cause }: &Failed| {
         let parts = row.outcome.parts();
         let [draw, run] = commands(folder, row);
-        writer
-            .write_record([
-                row.point.to_string(),
-                row.stack.clone(),
-                row.episode.to_string(),
-                row.seed.to_string(),
-                row.outcome.name().to_owned(),
-                parts.with.map_or_else(String::new, |with| with.name().to_owned()),
-                parts.at_rest.map_or_else(String::new, bool::to_string),
-                cause.map_or("", Cause::words).to_owned(),
-                row.metrics.time_s.map_or_else(String::new, |time| time.to_string()),
-                row.outcome.message().to_owned(),
-                draw,
-                run,
-            ])
-            .map_err(Failure::run)?;
+        [
+            row.point.into(),
+            (&row.stack).into(),
+            row.episode.into(),
+            row.seed.into(),
+            row.outcome.name().into(),
+            parts.with.map(|with| with.name()).into(),
+            parts.at_rest.copied().into(),
+            cause.map(Cause::words).into(),
+            row.metrics.time_s.into(),
+            row.outcome.message().into(),
+            (&draw).into(),
+            (&run).into(),
+        ]
+    };
+    groups.iter().flat_map(|(_, _, failed)| failed).map(line).collect()
+}
+
+fn csv(lines: &[[Field; HEADER.len()]]) -> Result<String, Failure> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(HEADER).map_err(Failure::run)?;
+    for line in lines {
+        writer.write_record(line.iter().map(Field::csv)).map_err(Failure::run)?;
     }
     Ok(String::from_utf8_lossy(&writer.into_inner().map_err(Failure::run)?).into_owned())
 }

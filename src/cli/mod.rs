@@ -12,10 +12,13 @@ mod explain;
 mod failures;
 mod interrupt;
 mod isolated;
+mod json;
 mod map;
 mod memory;
 mod plan;
 mod planners;
+mod plot;
+mod report;
 mod reproduce;
 mod run;
 mod scenarios;
@@ -24,8 +27,10 @@ mod shell;
 mod traced;
 mod verify;
 
+use crate::comparison::Format;
 use crate::guard::guard;
 use crate::results::layout::WIDE;
+use crate::scenario::ScenarioError;
 use crate::settings::choice::nearest;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
@@ -68,6 +73,10 @@ enum Command {
     Draw(draw::Args),
     /// List the failed episodes of a folder of results by their cause, with the commands that drive them again.
     Failures(failures::Args),
+    /// Write one page on folders of results: tables, charts, and a gallery of episodes that can be replayed, failures first.
+    Report(report::Args),
+    /// Plot results as figures for papers: sweeps, stacks, pairs, any column over any other.
+    Plot(plot::Args),
     /// Explain a key of scenario files: meaning, unit, default, range, allowed values, an example.
     Explain(explain::Args),
     /// Print the JSON Schema of scenario files, for editors.
@@ -80,10 +89,14 @@ enum Command {
 }
 
 /// Reason why a command did not succeed.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 enum Failure {
     /// Bad usage or scenario: exit code 2, nothing written.
     Usage(String),
+    /// Faults of a scenario, with their places: exit code 2, nothing written.
+    Scenario(ScenarioError),
+    /// Several of the two: exit code 2, nothing written.
+    Several(Vec<Failure>),
     /// It could not run, or some episode crashed: exit code 1.
     Run(String),
     /// A requirement was not met: exit code 3.
@@ -102,6 +115,38 @@ impl Failure {
     fn usage(error: impl std::fmt::Display) -> Self {
         Self::Usage(format!("error: {error}"))
     }
+
+    /// All of these as one; nothing is wrong if there is none.
+    fn all(mut failures: Vec<Self>) -> Result<(), Self> {
+        match failures.len() {
+            0 => Ok(()),
+            1 => Err(failures.remove(0)),
+            _ => Err(Self::Several(failures)),
+        }
+    }
+
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Run(_) => 1,
+            Self::Usage(_) | Self::Scenario(_) | Self::Several(_) => 2,
+            Self::Requirement(_) => 3,
+            Self::Busy(_) => 75,
+            Self::Interrupted(_, code) => *code,
+        }
+    }
+
+    /// What people are told.
+    fn message(&self) -> String {
+        match self {
+            Self::Run(message)
+            | Self::Usage(message)
+            | Self::Requirement(message)
+            | Self::Busy(message)
+            | Self::Interrupted(message, _) => message.clone(),
+            Self::Scenario(refused) => refused.render(colour()),
+            Self::Several(failures) => failures.iter().map(Self::message).collect::<Vec<String>>().join("\n\n"),
+        }
+    }
 }
 
 /// Runs the command line of this process.
@@ -117,27 +162,30 @@ pub fn main() -> ExitCode {
                 error.insert(ContextKind::SuggestedSubcommand, ContextValue::String(meant));
             }
             let _ = error.print();
+            if error.use_stderr() {
+                let _ = json::refuse(&arguments, &Failure::Usage(error.render().to_string()));
+            }
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
     // A fault of our own is said in one line, as every error is.
-    let result = guard(|| run(cli))
+    let result = guard(|| run(cli, &arguments))
         .unwrap_or_else(|panic| Err(Failure::Run(format!("error: simrun itself has failed: {panic}"))));
-    let (message, code) = match result {
-        Ok(()) => return ExitCode::SUCCESS,
-        Err(Failure::Run(message)) => (message, 1),
-        Err(Failure::Usage(message)) => (message, 2),
-        Err(Failure::Requirement(message)) => (message, 3),
-        Err(Failure::Busy(message)) => (message, 75),
-        Err(Failure::Interrupted(message, code)) => (message, code),
-    };
-    say(&message);
-    ExitCode::from(code)
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            say(&failure.message());
+            ExitCode::from(failure.exit_code())
+        }
+    }
 }
 
-fn run(cli: Cli) -> Result<(), Failure> {
+fn run(cli: Cli, arguments: &[OsString]) -> Result<(), Failure> {
     match cli.command {
-        None => refuse_misspelt_command(&cli.run).and_then(|()| run::main(&cli.run)),
+        None => match refuse_misspelt_command(&cli.run) {
+            Ok(()) => run::main(&cli.run),
+            Err(failure) => json::refuse(arguments, &failure).and(Err(failure)),
+        },
         Some(Command::Run(args)) => run::main(&args),
         Some(Command::Check(args)) => check::main(&args),
         Some(Command::Plan(args)) => plan::main(&args),
@@ -147,6 +195,8 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Some(Command::Reproduce(args)) => reproduce::main(&args),
         Some(Command::Draw(args)) => draw::main(&args),
         Some(Command::Failures(args)) => failures::main(&args),
+        Some(Command::Report(args)) => report::main(&args),
+        Some(Command::Plot(args)) => plot::main(&args),
         Some(Command::Explain(args)) => explain::main(&args),
         Some(Command::Schema(args)) => schema::main(&args),
         Some(Command::Map(args)) => map::main(&args),
@@ -177,7 +227,7 @@ fn refuse_misspelt_command(run: &run::Args) -> Result<(), Failure> {
 }
 
 /// Where a command writes its text.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 struct Out {
     /// Write to this file instead of stdout; `-` is stdout.
     #[arg(short, long, value_name = "FILE")]
@@ -240,6 +290,15 @@ fn width() -> usize {
     let asked = std::env::var("COLUMNS").ok().and_then(|columns| columns.trim().parse().ok());
     let columns = asked.or_else(|| Some(usize::from(console::Term::stdout().size_checked()?.1)));
     columns.filter(|&columns| columns > 0).map_or(WIDE, |columns: usize| columns.max(LEAST))
+}
+
+/// A first line for tables of papers: the command that made them, as a comment of LaTeX. Other formats begin without one.
+fn command_comment(format: Format) -> String {
+    if format != Format::Latex {
+        return String::new();
+    }
+    let words = std::iter::once("simrun".into()).chain(std::env::args_os().skip(1));
+    format!("% simrun {}: {}\n", env!("CARGO_PKG_VERSION"), shell::command::<OsString>(words))
 }
 
 /// Whether messages may be coloured.

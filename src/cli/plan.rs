@@ -1,7 +1,7 @@
 //! `simrun plan`: global planning alone, on a map file.
 
 use super::map::UnknownArg;
-use super::{Failure, Out, say};
+use super::{Failure, Out, json, say};
 use crate::geometry::{Path as PlannedPath, Pose, Vec2};
 use crate::map::file::{self, Loaded};
 use crate::map::formats::movingai;
@@ -16,10 +16,12 @@ use crate::plan::contract::{
 use crate::plan::global::GlobalChoice;
 use crate::plan::path::PathChoice;
 use crate::plan::stack::find_path;
+use crate::results::{Field, json_object};
 use crate::rng::EpisodeSeed;
 use crate::robot::Robot;
 use crate::settings::choice::unknown_name;
 use crate::settings::quantity::{NonNegative, Positive};
+use serde_json::{Value as Json, json};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -66,8 +68,19 @@ pub(super) struct Args {
     /// are whole), x and y in metres of the map's frame. Arcs and curves become chords.
     #[arg(long, value_name = "FILE")]
     paths: Option<PathBuf>,
+    /// How to print it: a table, or one JSON document with a row for each query and planner and the sums of each planner.
+    #[arg(long, value_enum, default_value_t)]
+    format: CsvOrJson,
     #[command(flatten)]
     out: Out,
+}
+
+/// Format of the rows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+enum CsvOrJson {
+    #[default]
+    Csv,
+    Json,
 }
 
 /// Two numbers as given.
@@ -163,6 +176,14 @@ const HEADER: [&str; 17] = [
 const PATHS_HEADER: [&str; 7] = ["query", "global", "point", "col", "row", "x_m", "y_m"];
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
+    if args.format == CsvOrJson::Json {
+        return json::answer("plan", &args.out, |document| plan(args, Some(document)));
+    }
+    plan(args, None)
+}
+
+/// Answers the queries, into `document` or as a table.
+fn plan(args: &Args, document: Option<&mut json::Object>) -> Result<(), Failure> {
     let usage = |message: String| Failure::Usage(format!("error: {message}"));
     let globals = args.global.iter().map(|name| {
         GlobalChoice::by_name(name).map_err(|_| usage(unknown_name("global planner", name, GlobalChoice::NAMES)))
@@ -193,7 +214,7 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     let queries: Vec<Asked> =
         queries.list.into_iter().map(|query| Asked { query, refusal: refusal(&map, &query).err() }).collect();
     notes.extend(check_all(file, &queries).map_err(usage)?);
-    for note in notes {
+    for note in &notes {
         say(&format!("note: {note}"));
     }
 
@@ -207,11 +228,18 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             tally: Tally::default(),
         })
         .collect();
-    let mut out = args.out.open()?;
+    let mut rows = match &document {
+        None => {
+            let mut table = csv::WriterBuilder::new().buffer_capacity(1 << 12).from_writer(args.out.open()?);
+            table.write_record(HEADER).map_err(Failure::run)?;
+            Rows::Table(Box::new(table))
+        }
+        Some(_) => Rows::Json(Vec::new()),
+    };
     let paths = args.paths.clone().map(|file| Out { out: Some(file) }.open()).transpose()?;
     let name = args.map.file_name().unwrap_or_default().to_string_lossy();
     let question = Question { name: &name, map: &map.grid, grid: &grid, seed: args.seed };
-    let written = stream(&mut out, paths, &question, &queries, &mut planners);
+    let written = stream(&mut rows, paths, &question, &queries, &mut planners);
     match written {
         // Somebody read enough of it, as `head` does.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {}
@@ -220,7 +248,40 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
     for planner in &planners {
         say(&planner.tally.summary(planner.name));
     }
+    if let (Some(document), Rows::Json(rows)) = (document, rows) {
+        let sums: Vec<Json> = planners.iter().map(|planner| planner.tally.as_json(planner.name)).collect();
+        document.insert("notes".to_owned(), notes.into());
+        document.insert("planners".to_owned(), sums.into());
+        document.insert("rows".to_owned(), rows.into());
+    }
     Ok(())
+}
+
+/// Where the rows go.
+enum Rows {
+    /// To a table, as they come.
+    Table(Box<csv::Writer<Box<dyn Write>>>),
+    /// To a document that is written at the end.
+    Json(Vec<Json>),
+}
+
+impl Rows {
+    fn push(&mut self, fields: &[Field; HEADER.len()]) -> io::Result<()> {
+        match self {
+            Self::Table(table) => Ok(table.write_record(fields.iter().map(Field::csv))?),
+            Self::Json(rows) => {
+                rows.push(json_object(HEADER, fields).into());
+                Ok(())
+            }
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::Table(table) => table.flush(),
+            Self::Json(_) => Ok(()),
+        }
+    }
 }
 
 /// A query, and the reason why it cannot be asked.
@@ -328,6 +389,24 @@ struct Tally {
 }
 
 impl Tally {
+    fn as_json(&self, name: &str) -> Json {
+        let mean = (self.known > 0).then(|| self.ratio_sum / self.known as f64);
+        json!({
+            "global": name,
+            "queries": self.queries,
+            "found": self.found,
+            "optimum_known": self.known,
+            "equal_optimum": self.equal,
+            "shorter_than_optimum": self.shorter,
+            "ratio_mean": mean,
+            "ratio_worst": (self.known > 0).then_some(self.ratio_worst),
+            "found_against_file": self.against_file,
+            "length_sum": self.length,
+            "expanded_sum": self.expanded,
+            "generated_sum": self.generated,
+        })
+    }
+
     fn summary(&self, name: &str) -> String {
         let optimum = if self.known == 0 {
             "no optimum is known".to_owned()
@@ -359,15 +438,13 @@ struct Question<'a> {
 
 /// Answers every query with every planner, a row each, as they come.
 fn stream(
-    out: &mut impl Write,
+    rows: &mut Rows,
     paths: Option<Box<dyn Write>>,
     question: &Question<'_>,
     queries: &[Asked],
     planners: &mut [Planner],
 ) -> io::Result<()> {
     let Question { name, map, grid, seed } = *question;
-    let mut table = csv::WriterBuilder::new().buffer_capacity(1 << 12).from_writer(out);
-    table.write_record(HEADER)?;
     let mut paths = paths.map(csv::Writer::from_writer);
     if let Some(paths) = &mut paths {
         paths.write_record(PATHS_HEADER)?;
@@ -416,25 +493,24 @@ fn stream(
                 Ok(()) => String::new(),
                 Err(reason) => reason,
             };
-            let real = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
-            table.write_record([
-                name.to_owned(),
-                number.to_string(),
-                query.start.col.to_string(),
-                query.start.row.to_string(),
-                query.goal.col.to_string(),
-                query.goal.row.to_string(),
-                (*global).to_owned(),
-                u8::from(length.is_some()).to_string(),
-                real(query.optimum.or(query.says_no_way.then_some(0.0))),
-                real(length),
-                real(length.map(|length| length * side_m)),
-                real(ratio),
-                search.expanded.to_string(),
-                search.generated.to_string(),
-                path.map_or_else(String::new, |path| planned_turns(path).to_string()),
-                path.map_or_else(String::new, |path| path.fallbacks().to_string()),
-                note,
+            rows.push(&[
+                name.into(),
+                (number as u64).into(),
+                query.start.col.into(),
+                query.start.row.into(),
+                query.goal.col.into(),
+                query.goal.row.into(),
+                (*global).into(),
+                u64::from(length.is_some()).into(),
+                query.optimum.or(query.says_no_way.then_some(0.0)).into(),
+                length.into(),
+                length.map(|length| length * side_m).into(),
+                ratio.into(),
+                search.expanded.into(),
+                search.generated.into(),
+                path.map(|path| planned_turns(path) as u64).into(),
+                path.map(|path| path.fallbacks() as u64).into(),
+                note.as_str().into(),
             ])?;
             if let (Some(paths), Some(path)) = (&mut paths, path) {
                 for (point, p) in points(path, side_m).into_iter().enumerate() {
@@ -447,12 +523,12 @@ fn stream(
                 }
             }
         }
-        table.flush()?;
+        rows.flush()?;
     }
     if let Some(paths) = &mut paths {
         paths.flush()?;
     }
-    table.flush()
+    rows.flush()
 }
 
 /// Why there is no path: what keeps an end from being planned from, if something does.

@@ -1,5 +1,6 @@
 //! `simrun planners`: what the registry holds.
 
+use super::json::{self, TextOrJson};
 use super::{Failure, Out};
 use crate::plan::Entry;
 use crate::plan::global::GlobalChoice;
@@ -8,12 +9,16 @@ use crate::plan::path::PathChoice;
 use crate::results::layout::{hanging, lines};
 use crate::scenario::reference;
 use crate::settings::choice::unknown_name;
+use serde_json::{Value as Json, json};
 use std::fmt::Write as _;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// Describe this planner alone, with its parameters.
     name: Option<String>,
+    /// How to print it; json describes every planner with its parameters, or the one that is named.
+    #[arg(long, value_enum, default_value_t)]
+    format: TextOrJson,
     #[command(flatten)]
     out: Out,
 }
@@ -28,14 +33,50 @@ const REGISTRIES: [Registry; 3] = [
 ];
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
-    let Some(name) = &args.name else { return args.out.write(&list(args.out.width())) };
-    match describe(name, args.out.width()) {
-        Some(text) => args.out.write(&text),
-        None => {
-            let known: Vec<&str> = REGISTRIES.iter().flat_map(|registry| registry.2).copied().collect();
-            Err(Failure::Usage(format!("error: {}", unknown_name("planner", name, &known))))
-        }
+    if args.format == TextOrJson::Json {
+        return json::answer("planners", &args.out, |document| {
+            let described =
+                args.name.as_deref().map_or_else(|| Ok(all_as_json()), |name| Ok(vec![as_json(find(name)?)]));
+            document.insert("planners".to_owned(), described?.into());
+            Ok(())
+        });
     }
+    match &args.name {
+        None => args.out.write(&list(args.out.width())),
+        Some(name) => args.out.write(&describe(find(name)?, args.out.width())),
+    }
+}
+
+/// A planner of the registry: its role, the key under which scenarios name it, its name and entry.
+type Planner = (&'static str, String, &'static str, &'static Entry);
+
+fn all() -> impl Iterator<Item = Planner> {
+    REGISTRIES.iter().flat_map(|(_, key, names, entries)| {
+        let role = key.rsplit('.').next().unwrap_or_default();
+        names.iter().zip(*entries).map(move |(name, entry)| (role, format!("{key}.{name}"), *name, entry))
+    })
+}
+
+fn find(name: &str) -> Result<Planner, Failure> {
+    all().find(|planner| planner.2 == name).ok_or_else(|| {
+        let known: Vec<&str> = all().map(|planner| planner.2).collect();
+        Failure::Usage(format!("error: {}", unknown_name("planner", name, &known)))
+    })
+}
+
+fn all_as_json() -> Vec<Json> {
+    all().map(as_json).collect()
+}
+
+fn as_json((role, key, name, entry): Planner) -> Json {
+    json!({
+        "name": name,
+        "role": role,
+        "key": key,
+        "summary": entry.summary,
+        "source": entry.source,
+        "parameters": reference::parameters_json(&key).unwrap_or_default(),
+    })
 }
 
 fn list(width: usize) -> String {
@@ -51,15 +92,11 @@ fn list(width: usize) -> String {
     text
 }
 
-fn describe(name: &str, width: usize) -> Option<String> {
-    let (key, entry) = REGISTRIES.iter().find_map(|(_, key, names, entries)| {
-        let index = names.iter().position(|known| *known == name)?;
-        Some((format!("{key}.{name}"), &entries[index]))
-    })?;
-    let parameters = lines(&reference::parameters(&key).ok()?, width);
+fn describe((_, key, name, entry): Planner, width: usize) -> String {
+    let parameters = lines(&reference::parameters(&key).unwrap_or_default(), width);
     let parameters =
         if parameters.is_empty() { "No parameters.\n".to_owned() } else { format!("Parameters\n{parameters}") };
     let summary = hanging("  ", 2, entry.summary, width);
     let source = hanging("  Source: ", 10, entry.source, width);
-    Some(format!("{name}\n{summary}{source}\n{parameters}"))
+    format!("{name}\n{summary}{source}\n{parameters}")
 }

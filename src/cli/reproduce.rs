@@ -4,7 +4,7 @@ use super::isolated::Isolate;
 use super::memory::MemoryLimit;
 use super::run::{Waiting, complete, existing};
 use super::scenarios::prepare;
-use super::{Failure, colour, print, say, width};
+use super::{Failure, print, say, width};
 use crate::comparison::{self, Section};
 use crate::experiment::Experiment;
 use crate::files;
@@ -12,7 +12,6 @@ use crate::paper::manifest::{Choice, Table};
 use crate::paper::{self, Evidence, Finding, Findings, Paper, Ruling};
 use crate::results::EPISODES_CSV;
 use crate::results::layout::hanging;
-use crate::scenario::ScenarioError;
 use crate::settings::quantity::counted;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -225,9 +224,8 @@ fn runs(paper: &Paper, full: bool) -> Vec<Run<'_>> {
 }
 
 fn load(paper: &Paper, run: &Run<'_>, episodes: Option<u32>) -> Result<Experiment, Failure> {
-    let refuse = |error: ScenarioError| Failure::Usage(error.render(colour()));
     let load = || {
-        let (file, edits) = paper.scenario(run.table, run.choice, episodes).map_err(refuse)?;
+        let (file, edits) = paper.scenario(run.table, run.choice, episodes).map_err(Failure::Scenario)?;
         let file = MemoryLimit::default().set(file, None, &Isolate::default());
         let experiment = prepare(&file, &edits, &run.stacks)?;
         if run.choice.is_none() {
@@ -236,8 +234,8 @@ fn load(paper: &Paper, run: &Run<'_>, episodes: Option<u32>) -> Result<Experimen
         Ok(experiment)
     };
     load().map_err(|failure| match failure {
-        Failure::Usage(message) => {
-            Failure::Usage(format!("table {}: {message}", paper::folder_of(run.table, run.choice)))
+        Failure::Usage(_) | Failure::Scenario(_) => {
+            Failure::Usage(format!("table {}: {}", paper::folder_of(run.table, run.choice), failure.message()))
         }
         other => other,
     })

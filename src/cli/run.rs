@@ -2,9 +2,11 @@
 
 use super::interrupt::Interrupt;
 use super::isolated::Isolate;
+use super::json;
 use super::scenarios::{AtPoint, Changes, load_all};
-use super::{Failure, print, say, width};
+use super::{Failure, Out, command_comment, print, say, width};
 use crate::clock::Stopwatch;
+use crate::comparison::{self, Format};
 use crate::experiment::{Experiment, Isolation, Session, Worker, threads_available};
 use crate::files;
 use crate::results::{
@@ -12,6 +14,7 @@ use crate::results::{
 };
 use crate::settings::quantity::counted;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::{Value as Json, json};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -50,6 +53,9 @@ pub(super) struct Args {
     /// No progress bar and no table.
     #[arg(short, long)]
     quiet: bool,
+    /// How to print the summary; the rows of --episode are CSV, or json. json is one document with every column of summary.csv, or of episodes.csv.
+    #[arg(long, value_enum, default_value_t)]
+    format: Shape,
     #[command(flatten)]
     waiting: Waiting,
     #[command(flatten)]
@@ -106,6 +112,31 @@ impl Waiting {
     }
 }
 
+/// Format of the summary.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Shape {
+    /// A table for the terminal.
+    #[default]
+    Text,
+    /// A table of Markdown.
+    Markdown,
+    /// A table of LaTeX; it needs the package booktabs.
+    Latex,
+    /// One JSON document.
+    Json,
+}
+
+impl Shape {
+    /// The format of a table for papers; `None` for the terminal and for programs.
+    fn of_paper(self) -> Option<Format> {
+        match self {
+            Self::Text | Self::Json => None,
+            Self::Markdown => Some(Format::Markdown),
+            Self::Latex => Some(Format::Latex),
+        }
+    }
+}
+
 impl Args {
     /// The scenario files.
     pub(super) fn scenarios(&self) -> &[PathBuf] {
@@ -114,8 +145,24 @@ impl Args {
 }
 
 pub(super) fn main(args: &Args) -> Result<(), Failure> {
+    if args.format == Shape::Json {
+        return json::answer("run", &Out::default(), |document| {
+            let mut runs = Vec::new();
+            let result = run_scenarios(args, &mut runs);
+            document.insert("runs".to_owned(), runs.into());
+            result
+        });
+    }
+    run_scenarios(args, &mut Vec::new())
+}
+
+/// Runs the scenarios one after the other; each adds what it found to `runs`.
+fn run_scenarios(args: &Args, runs: &mut Vec<Json>) -> Result<(), Failure> {
     if args.out.is_some() && args.scenarios.len() > 1 {
         return Err(Failure::usage("--out names one folder, for one scenario"));
+    }
+    if args.episode.is_some() && args.format.of_paper().is_some() {
+        return Err(Failure::usage("the rows of --episode are CSV or --format json"));
     }
     if args.point.point > 0 && args.episode.is_none() {
         return Err(Failure::usage("--point runs one world: name its --episode as well"));
@@ -140,10 +187,11 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
             }));
         }
     }
-    args.scenarios.iter().zip(&experiments).try_for_each(|(source, experiment)| run(args, source, experiment))
+    let mut sources = args.scenarios.iter().zip(&experiments);
+    sources.try_for_each(|(source, experiment)| run(args, source, experiment, runs))
 }
 
-fn run(args: &Args, source: &Path, experiment: &Experiment) -> Result<(), Failure> {
+fn run(args: &Args, source: &Path, experiment: &Experiment, runs: &mut Vec<Json>) -> Result<(), Failure> {
     for note in experiment.map_notes().iter().filter(|_| !args.quiet) {
         say(&format!("note: {note}"));
     }
@@ -160,10 +208,10 @@ fn run(args: &Args, source: &Path, experiment: &Experiment) -> Result<(), Failur
                 refuse_traces_of_another_run(experiment, &folder)?;
                 create(traces)?;
             }
-            run_one(args, experiment, point, episode, traces.as_deref())
+            run_one(args, experiment, (point, episode), traces.as_deref(), runs)
         }
         None => args.isolate.with(source, &args.changes, traces.as_deref(), |isolation| {
-            run_all(args, experiment, &folder, traces.as_deref(), isolation)
+            run_all(args, experiment, &folder, traces.as_deref(), isolation, runs)
         }),
     }
 }
@@ -191,17 +239,23 @@ fn refuse_traces_of_another_run(experiment: &Experiment, folder: &Path) -> Resul
 fn run_one(
     args: &Args,
     experiment: &Experiment,
-    point: u32,
-    episode: u64,
+    (point, episode): (u32, u64),
     traces: Option<&Path>,
+    runs: &mut Vec<Json>,
 ) -> Result<(), Failure> {
     let answers = experiment.run_block(&mut Worker::default(), point, episode, traces).map_err(Failure::run)?;
-    let header = results::header_line(experiment.swept());
-    let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(header);
-    for Answer { row, .. } in &answers {
-        results::write_row(&mut table, row).map_err(Failure::run)?;
+    if args.format == Shape::Json {
+        let rows: Vec<Json> =
+            answers.iter().map(|answer| results::row_json(&answer.row, experiment.swept()).into()).collect();
+        runs.push(json!({ "scenario": experiment.scenario().name.as_str(), "rows": rows }));
+    } else {
+        let header = results::header_line(experiment.swept());
+        let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(header);
+        for Answer { row, .. } in &answers {
+            results::write_row(&mut table, row).map_err(Failure::run)?;
+        }
+        print(&String::from_utf8_lossy(&table.into_inner().map_err(Failure::run)?))?;
     }
-    print(&String::from_utf8_lossy(&table.into_inner().map_err(Failure::run)?))?;
     match answers.iter().find(|answer| answer.row.outcome.is_crash()) {
         Some(Answer { row, .. }) => Err(Failure::Run(format!(
             "error: {} ended in `{}`: {}",
@@ -223,6 +277,7 @@ fn run_all(
     folder: &Path,
     traces: Option<&Path>,
     isolation: Option<&Isolation<'_>>,
+    runs: &mut Vec<Json>,
 ) -> Result<(), Failure> {
     let session = args.waiting.open(experiment, folder, existing(args.force))?;
     if let Some(traces) = traces {
@@ -237,7 +292,12 @@ fn run_all(
         Opened::Complete => say(&format!("{shown}: complete, nothing to run (--force runs it again)")),
     }
     let summary = complete(session, args.threads, traces, isolation, args.quiet)?;
-    if !args.quiet {
+    if args.format == Shape::Json {
+        let rows: Vec<Json> = summary.iter().map(|row| results::summary_json(row).into()).collect();
+        runs.push(json!({ "scenario": experiment.scenario().name.as_str(), "folder": shown, "summary": rows }));
+    } else if let Some(format) = args.format.of_paper() {
+        print(&(command_comment(format) + &comparison::table(&results::summary_rows(&summary), 1, format)))?;
+    } else if !args.quiet {
         print(&format!(
             "{}\n{shown}/episodes.csv, states.csv, summary.csv, timings.csv, manifest.json\n",
             results::table(&summary, width())

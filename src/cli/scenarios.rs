@@ -1,11 +1,11 @@
 //! The arguments that name a scenario and change it, shared by the subcommands.
 
+use super::Failure;
 use super::isolated::Isolate;
 use super::memory::MemoryLimit;
-use super::{Failure, colour};
 use crate::experiment::{Experiment, PrepareError};
 use crate::results::Manifest;
-use crate::scenario::{Edit, ScenarioError, ScenarioFile};
+use crate::scenario::{Edit, ScenarioFile};
 use std::path::{Path, PathBuf};
 
 /// Changes to a scenario.
@@ -60,19 +60,18 @@ impl Changes {
         threads: Option<usize>,
         isolate: &Isolate,
     ) -> Result<Experiment, Failure> {
-        let refuse = |error: ScenarioError| Failure::Usage(error.render(colour()));
         let (file, recorded) = if source.is_dir() {
             let (file, manifest) = recorded(source)?;
             (file, Some(manifest))
         } else {
-            (ScenarioFile::open(source).map_err(refuse)?, None)
+            (ScenarioFile::open(source).map_err(Failure::Scenario)?, None)
         };
         // A folder that was extended holds more episodes than its scenario says.
         let episodes = self.episodes.map(u64::from).or(recorded.as_ref().map(|manifest| manifest.episodes));
         let numbers = [("episodes", episodes), ("seed", self.seed)];
         let numbers = numbers.iter().filter_map(|(key, number)| number.map(|number| format!("{key}={number}")));
         let edits = self.set.iter().cloned().chain(numbers).map(|text| Edit::parse(&text));
-        let edits = edits.collect::<Result<Vec<Edit>, _>>().map_err(refuse)?;
+        let edits = edits.collect::<Result<Vec<Edit>, _>>().map_err(Failure::Scenario)?;
         let ran = recorded.map(|manifest| manifest.identity.stacks).unwrap_or_default();
         let file = self.memory.set(file, threads, isolate);
         prepare(&file, &edits, if self.stacks.is_empty() { &ran } else { &self.stacks })
@@ -88,11 +87,11 @@ pub(super) fn load_all(
     for source in sources {
         match load(source) {
             Ok(experiment) => experiments.push(experiment),
-            Err(Failure::Usage(message)) => refused.push(message),
+            Err(failure @ (Failure::Usage(_) | Failure::Scenario(_))) => refused.push(failure),
             Err(other) => return Err(other),
         }
     }
-    if refused.is_empty() { Ok(experiments) } else { Err(Failure::Usage(refused.join("\n\n"))) }
+    Failure::all(refused).map(|()| experiments)
 }
 
 /// The scenario that a folder of results was made of, and its manifest.
@@ -102,7 +101,7 @@ fn recorded(folder: &Path) -> Result<(ScenarioFile, Manifest), Failure> {
     let manifest = Manifest::read(folder).map_err(refused)?;
     let file = ScenarioFile::from_text(folder, manifest.identity.scenario.clone());
     // The resolved scenario always has its name.
-    let name = file.read(&[]).map_err(|error| Failure::Usage(error.render(colour())))?.name;
+    let name = file.read(&[]).map_err(Failure::Scenario)?.name;
     let paths = manifest.scenario_folder(name.as_str()).unwrap_or_default();
     Ok((file.in_folder(paths), manifest))
 }
@@ -110,7 +109,7 @@ fn recorded(folder: &Path) -> Result<(ScenarioFile, Manifest), Failure> {
 /// The experiment of a scenario's file with edits; with only the stacks named in `stacks`, unless it is empty.
 pub(super) fn prepare(file: &ScenarioFile, edits: &[Edit], stacks: &[String]) -> Result<Experiment, Failure> {
     let mut experiment = Experiment::load(file, edits).map_err(|error| match error {
-        PrepareError::Scenario(refused) => Failure::Usage(refused.render(colour())),
+        PrepareError::Scenario(refused) => Failure::Scenario(refused),
         other => Failure::usage(other),
     })?;
     if !stacks.is_empty() {

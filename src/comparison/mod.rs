@@ -7,6 +7,7 @@
 mod baseline;
 mod equivalence;
 mod gate;
+mod latex;
 mod margin;
 mod pair;
 mod points;
@@ -21,8 +22,8 @@ pub use margin::{Margin, MarginError, Margins};
 pub use pair::{Comparison, compare_pairs};
 pub use points::{PointRanking, PointsError, RankedPoint, rank_points};
 pub use read::{Section, StackRows, Table, TableError, read_table};
-pub use render::{Format, comparison_table, render, table};
-pub use render_points::render_points;
+pub use render::{Format, comparison_table, render, report_json, table, tests_json};
+pub use render_points::{points_json, render_points};
 
 use crate::analysis::{Better, Ranking, holm, mcnemar_exact, pairs};
 use crate::results::{Column, SummaryRow, metric_column, summarise_rows};

@@ -1,13 +1,15 @@
 //! Reports as text, Markdown and CSV.
 
+use super::latex::{comment, latex};
 use super::pair::SUCCESS;
 use super::{ALPHA, COMPARED, Comparison, EquivalenceTest, Report};
 use crate::analysis::Ratio;
 use crate::episode::Outcome;
 use crate::math;
 use crate::results::layout::{WIDE, aligned, paragraph};
-use crate::results::{Rate, Statistics, SummaryRow};
+use crate::results::{Field, Rate, Statistics, SummaryRow, json_object, summary_json};
 use crate::settings::quantity::counted;
+use serde_json::{Map, Value as Json, json};
 use std::fmt::Write as _;
 
 /// Format of a report.
@@ -18,6 +20,8 @@ pub enum Format {
     Text,
     /// Tables of Markdown.
     Markdown,
+    /// Tables of LaTeX with booktabs, everything else as comments.
+    Latex,
     /// The tests, one per line, every section in one table.
     Csv,
 }
@@ -28,23 +32,31 @@ pub enum Format {
 pub fn render(reports: &[Report], format: Format, width: usize) -> String {
     match format {
         Format::Csv => csv(reports),
-        Format::Text | Format::Markdown => reports.iter().map(|report| section(report, format, width)).collect(),
+        Format::Text | Format::Markdown | Format::Latex => {
+            reports.iter().map(|report| section(report, format, width)).collect()
+        }
     }
 }
 
-/// Rows of cells as a table; the first row is the head. Text is aligned, the first `left` columns to the left.
+/// Rows of cells as a table; the first row is the head. Text is aligned, the first `left` columns to the left. In Markdown and LaTeX a row of
+/// one cell is a title across the table.
 pub fn table(rows: &[Vec<String>], left: usize, format: Format) -> String {
     fitting_table(rows, left, format, WIDE)
 }
 
 /// The same, text in parts of at most `width` characters.
 pub(super) fn fitting_table(rows: &[Vec<String>], left: usize, format: Format, width: usize) -> String {
-    if format != Format::Markdown {
-        return aligned(rows, left, width);
+    match format {
+        Format::Text | Format::Csv => return aligned(rows, left, width),
+        Format::Latex => return latex(rows, left),
+        Format::Markdown => {}
     }
     let mut text = String::new();
     for (index, row) in rows.iter().enumerate() {
-        let _ = writeln!(text, "| {} |", row.join(" | "));
+        let _ = match &row[..] {
+            [title] if rows[0].len() > 1 => writeln!(text, "| *{title}* {}", "| ".repeat(rows[0].len()).trim_end()),
+            cells => writeln!(text, "| {} |", cells.join(" | ")),
+        };
         if index == 0 {
             let marks = (0..row.len()).map(|column| if column < left { "---" } else { "---:" });
             let _ = writeln!(text, "|{}|", marks.collect::<Vec<_>>().join("|"));
@@ -70,17 +82,29 @@ pub(super) fn copies_left_out(copies: u64, distinct: u64) -> String {
     )
 }
 
+/// A sentence beside tables: in LaTeX a comment.
+pub(super) fn note(text: &str, format: Format, width: usize) -> String {
+    match format {
+        Format::Latex => comment(text),
+        Format::Markdown => text.to_owned(),
+        Format::Text | Format::Csv => paragraph(text, width),
+    }
+}
+
+/// A title of some level, 1 or 2.
+pub(super) fn heading(text: &str, level: usize, format: Format, width: usize) -> String {
+    match format {
+        Format::Markdown => format!("{} {text}\n\n", "#".repeat(level + 1)),
+        Format::Text | Format::Csv if level == 1 => format!("{text}\n\n"),
+        Format::Text | Format::Csv | Format::Latex => note(&format!("{text}\n"), format, width),
+    }
+}
+
 fn section(report: &Report, format: Format, width: usize) -> String {
-    let width = if format == Format::Markdown { WIDE } else { width };
-    let wrapped = |text: &str| paragraph(text, width);
-    let heading = |text: &str| match format {
-        Format::Markdown => format!("### {text}\n\n"),
-        Format::Text | Format::Csv => wrapped(&format!("{text}\n")),
-    };
-    let mut text = match format {
-        Format::Markdown => format!("## {}\n\n", report.title),
-        Format::Text | Format::Csv => format!("{}\n\n", report.title),
-    };
+    let note = |text: &str| note(text, format, width);
+    let title = heading(&report.title, 1, format, width);
+    let heading = |text: &str| heading(text, 2, format, width);
+    let mut text = title;
     text += &heading(
         "Each stack by itself (success of all episodes; the rest of the successful ones: mean ± sd, median; quartiles are in summary.csv)",
     );
@@ -102,12 +126,12 @@ fn section(report: &Report, format: Format, width: usize) -> String {
     }
     text += &fitting_table(&rows, 1, format, width);
     text += "\n";
-    text += &wrapped(
+    text += &note(
         "Stacks that share a letter are not told apart by success (exact McNemar tests of all pairs, Holm, 5 %).\n",
     );
     text += "\n";
     if report.copies > 0 {
-        text += &wrapped(&copies_left_out(report.copies, report.distinct));
+        text += &note(&copies_left_out(report.copies, report.distinct));
         text += "\n";
     }
     if report.comparisons.is_empty() {
@@ -120,7 +144,7 @@ fn section(report: &Report, format: Format, width: usize) -> String {
     });
     text += &comparison_table(&report.comparisons, format, width);
     text += "\n";
-    text += &wrapped(if report.paired {
+    text += &note(if report.paired {
         "difference: mean of stack − reference with its 95 % bootstrap interval, success in percentage points; Hodges–Lehmann: the typical difference, which\n\
          belongs to the rank test, with its 95 % interval; ratio: mean of the stack / mean of the reference; p: two-sided; Holm: corrected over all tests\n\
          of this table; effect: odds of winning alone for success, rank-biserial correlation for the rest.\n"
@@ -129,10 +153,10 @@ fn section(report: &Report, format: Format, width: usize) -> String {
          p: two-sided; Holm: corrected over all tests of this table; effect: odds ratio for success, rank-biserial correlation for the rest.\n"
     });
     if report.paired {
-        text += &wrapped(&detectable(&report.comparisons));
+        text += &note(&detectable(&report.comparisons));
     }
     if report.comparisons.iter().any(|comparison| comparison.too_few) {
-        text += &wrapped(
+        text += &note(
             "too few: even if all worlds that tell pointed one way, the test could not be significant: run more episodes.\n",
         );
     }
@@ -268,7 +292,7 @@ pub fn comparison_table(comparisons: &[Comparison], format: Format, width: usize
     let reference = comparisons.first().map_or("", |first| &first.reference);
     let is_one = comparisons.iter().all(|test| test.reference == reference && test.stack != reference);
     let end = if format == Format::Markdown { "\n\n" } else { "\n" };
-    let title = if is_one { format!("reference: {reference}{end}") } else { String::new() };
+    let title = if is_one { note(&format!("reference: {reference}{end}"), format, WIDE) } else { String::new() };
     title + &fitting_table(&rows, if rows[0][1] == "reference" { 3 } else { 2 }, format, width)
 }
 
@@ -303,82 +327,108 @@ pub(super) fn p_value(p: f64) -> String {
     if p < 1e-4 { format!("{p:.1e}") } else { format!("{p:.4}") }
 }
 
-/// A number of a CSV, empty if undefined.
-pub(super) fn real(value: Option<f64>) -> String {
-    value.map_or_else(String::new, |value| value.to_string())
+/// The ends of an interval.
+pub(super) fn ends(interval: Option<(f64, f64)>) -> [Field; 2] {
+    [interval.map(|(low, _)| low).into(), interval.map(|(_, high)| high).into()]
 }
 
-/// The ends of an interval in a CSV.
-pub(super) fn ends(interval: Option<(f64, f64)>) -> [String; 2] {
-    [real(interval.map(|(low, _)| low)), real(interval.map(|(_, high)| high))]
-}
-
-pub(super) fn csv_text(lines: &[Vec<String>]) -> String {
+/// A table as CSV: its head, then its lines.
+pub(super) fn csv_text(head: &[String], lines: &[Vec<Field>]) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
+    // Writing to memory does not fail.
+    let _ = writer.write_record(head);
     for line in lines {
-        // Writing to memory does not fail.
-        let _ = writer.write_record(line);
+        let _ = writer.write_record(line.iter().map(Field::csv));
     }
     String::from_utf8_lossy(&writer.into_inner().unwrap_or_default()).into_owned()
 }
 
+/// The columns of the table of tests.
+const TESTS: [&str; 26] = [
+    "section",
+    "stack",
+    "reference",
+    "metric",
+    "test",
+    "n",
+    "informative",
+    "difference",
+    "low",
+    "high",
+    "p",
+    "p_holm",
+    "effect",
+    "too_few",
+    "shift",
+    "shift_low",
+    "shift_high",
+    "ratio",
+    "ratio_low",
+    "ratio_high",
+    "detectable",
+    "margin",
+    "equivalence_low",
+    "equivalence_high",
+    "equivalence_p",
+    "equivalence_p_holm",
+];
+
+/// The values of those columns, one line per test.
+fn tests(title: &str, comparisons: &[Comparison], equivalences: &[EquivalenceTest]) -> Vec<Vec<Field>> {
+    let alpha = ALPHA / math::max(comparisons.len() as f64, 1.0);
+    let line = |c: &Comparison| {
+        let of_same =
+            |test: &&EquivalenceTest| (&test.stack, &test.reference, test.metric) == (&c.stack, &c.reference, c.metric);
+        let equivalence = equivalences.iter().find(of_same);
+        let mut line: Vec<Field> = vec![
+            title.into(),
+            (&c.stack).into(),
+            (&c.reference).into(),
+            c.metric.into(),
+            c.test.into(),
+            c.n.into(),
+            c.informative.into(),
+            c.difference.into(),
+        ];
+        line.extend(ends(c.interval));
+        line.extend([c.p.into(), c.p_holm.into(), c.effect.into(), c.too_few.into(), c.shift.into()]);
+        line.extend(ends(c.shift_interval));
+        line.push(c.ratio.map(|ratio| ratio.ratio).into());
+        line.extend(ends(c.ratio.map(|ratio| ratio.interval)));
+        line.extend([c.detectable(alpha).into(), equivalence.map(|test| test.margin).into()]);
+        line.extend(ends(equivalence.and_then(|test| test.interval)));
+        line.extend([equivalence.map(|test| test.p).into(), equivalence.map(|test| test.p_holm).into()]);
+        line
+    };
+    comparisons.iter().map(line).collect()
+}
+
 fn csv(reports: &[Report]) -> String {
-    let head = [
-        "section",
-        "stack",
-        "reference",
-        "metric",
-        "test",
-        "n",
-        "informative",
-        "difference",
-        "low",
-        "high",
-        "p",
-        "p_holm",
-        "effect",
-        "too_few",
-        "shift",
-        "shift_low",
-        "shift_high",
-        "ratio",
-        "ratio_low",
-        "ratio_high",
-        "detectable",
-        "margin",
-        "equivalence_low",
-        "equivalence_high",
-        "equivalence_p",
-        "equivalence_p_holm",
-    ];
-    let mut lines = vec![head.map(str::to_owned).to_vec()];
-    for report in reports {
-        let alpha = ALPHA / math::max(report.comparisons.len() as f64, 1.0);
-        for c in &report.comparisons {
-            let of_same = |test: &&EquivalenceTest| {
-                (&test.stack, &test.reference, test.metric) == (&c.stack, &c.reference, c.metric)
-            };
-            let equivalence = report.equivalences.iter().find(of_same);
-            let mut line = vec![
-                report.title.clone(),
-                c.stack.clone(),
-                c.reference.clone(),
-                c.metric.to_owned(),
-                c.test.to_owned(),
-                c.n.to_string(),
-                c.informative.to_string(),
-                real(c.difference),
-            ];
-            line.extend(ends(c.interval));
-            line.extend([c.p.to_string(), c.p_holm.to_string(), real(c.effect), c.too_few.to_string(), real(c.shift)]);
-            line.extend(ends(c.shift_interval));
-            line.push(real(c.ratio.map(|ratio| ratio.ratio)));
-            line.extend(ends(c.ratio.map(|ratio| ratio.interval)));
-            line.extend([real(c.detectable(alpha)), real(equivalence.map(|test| test.margin))]);
-            line.extend(ends(equivalence.and_then(|test| test.interval)));
-            line.extend([real(equivalence.map(|test| test.p)), real(equivalence.map(|test| test.p_holm))]);
-            lines.push(line);
-        }
-    }
-    csv_text(&lines)
+    let lines: Vec<Vec<Field>> =
+        reports.iter().flat_map(|report| tests(&report.title, &report.comparisons, &report.equivalences)).collect();
+    csv_text(&TESTS.map(str::to_owned), &lines)
+}
+
+/// Tests as objects of JSON, with the columns of the CSV as keys.
+pub fn tests_json(comparisons: &[Comparison], equivalences: &[EquivalenceTest]) -> Vec<Json> {
+    let lines = tests("", comparisons, equivalences);
+    // The section stands around them.
+    lines.iter().map(|line| json_object(TESTS, line).into_iter().skip(1).collect::<Map<_, _>>().into()).collect()
+}
+
+/// A section as an object of JSON: its stacks with the columns of `summary.csv` and their `group`, its tests with those of the CSV.
+pub fn report_json(report: &Report) -> Json {
+    let stacks = report.stacks.iter().zip(&report.letters).map(|(stack, letters)| {
+        let mut stack = summary_json(stack);
+        stack.insert("group".to_owned(), letters.as_str().into());
+        stack
+    });
+    json!({
+        "section": report.title,
+        "paired": report.paired,
+        "distinct": report.distinct,
+        "copies": report.copies,
+        "stacks": stacks.collect::<Vec<_>>(),
+        "tests": tests_json(&report.comparisons, &report.equivalences),
+    })
 }

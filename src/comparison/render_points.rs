@@ -1,23 +1,20 @@
 //! The ranking of a sweep's settings as text, Markdown and CSV.
 
+use super::latex::comment;
 use super::pair::SUCCESS;
-use super::render::{copies_left_out, csv_text, ends, fitting_table, p_value, real, success, with_interval};
+use super::render::{copies_left_out, csv_text, ends, fitting_table, heading, note, p_value, success, with_interval};
 use super::{Format, PointRanking};
-use crate::results::Rate;
-use crate::results::layout::{WIDE, paragraph};
+use crate::results::{Field, json_object};
 use crate::settings::quantity::counted;
+use serde_json::{Value as Json, json};
 
 /// The settings of a sweep, best first, with the tests against the best. Lines of text have at most `width` characters where that can be
 /// done.
 pub fn render_points(ranking: &PointRanking, format: Format, width: usize) -> String {
     if format == Format::Csv {
-        return points_csv(ranking);
+        return csv_text(&head(ranking), &lines(ranking));
     }
-    let width = if format == Format::Markdown { WIDE } else { width };
-    let mut text = match format {
-        Format::Markdown => format!("## {}\n\n### Settings, best first\n\n", ranking.title),
-        Format::Text | Format::Csv => format!("{}\n\nSettings, best first\n", ranking.title),
-    };
+    let mut text = heading(&ranking.title, 1, format, width) + &heading("Settings, best first", 2, format, width);
     let keys: Vec<String> = ranking.keys.iter().map(|key| short_key(key, &ranking.keys)).collect();
     let is_one_stack = ranking.ranked.windows(2).all(|pair| pair[0].summary.stack == pair[1].summary.stack);
     let mut head: Vec<String> = ["rank", "point"].map(str::to_owned).to_vec();
@@ -72,16 +69,18 @@ pub fn render_points(ranking: &PointRanking, format: Format, width: usize) -> St
     if !needed.is_empty() {
         words += &format!("{needed}\n");
     }
-    text += &paragraph(&words, width);
+    text += &note(&words, format, width);
     let arguments = ranking.best_arguments();
     let command = format!("simrun SCENARIO {arguments} --seed NEW --out best");
-    text += &paragraph(
+    text += &note(
         "The best was chosen by these worlds, so its figures are too good on average; drive it in others:\n",
+        format,
         width,
     );
     text += &match format {
         Format::Markdown => format!("\n```sh\n{command}\n```\n\n"),
         Format::Text | Format::Csv => format!("    {command}\n\n"),
+        Format::Latex => comment(&format!("    {command}")) + "\n",
     };
     text
 }
@@ -93,7 +92,8 @@ fn short_key(key: &str, keys: &[String]) -> String {
     if alike == 1 { last(key) } else { key.to_owned() }
 }
 
-fn points_csv(ranking: &PointRanking) -> String {
+/// The columns of the ranking.
+fn head(ranking: &PointRanking) -> Vec<String> {
     let mut head: Vec<String> = ["rank", "point", "stack"].map(str::to_owned).to_vec();
     head.extend(ranking.keys.iter().cloned());
     head.extend(
@@ -103,29 +103,47 @@ fn points_csv(ranking: &PointRanking) -> String {
         let columns = ["test", "n", "difference", "low", "high", "shift", "shift_low", "shift_high", "p", "p_holm"];
         head.extend(columns.map(|column| format!("{metric}_{column}")));
     }
-    let mut lines = vec![head];
-    for (index, point) in ranking.ranked.iter().enumerate() {
-        let mut line = vec![(index + 1).to_string(), point.point.to_string(), point.summary.stack.clone()];
-        line.extend(point.values.iter().cloned());
-        line.push(point.summary.rated.to_string());
-        line.extend(point.summary.success.map_or_else(
-            || vec![String::new(); 3],
-            |Rate { rate, low, high }| [rate, low, high].map(|x| x.to_string()).to_vec(),
-        ));
-        line.extend([point.letters.clone(), real(point.summary.metric("time_s").mean)]);
+    head
+}
+
+/// The values of those columns, best first.
+fn lines(ranking: &PointRanking) -> Vec<Vec<Field>> {
+    let ranked = ranking.ranked.iter().enumerate().map(|(index, point)| {
+        let mut line: Vec<Field> = vec![(index as u64 + 1).into(), point.point.into(), (&point.summary.stack).into()];
+        line.extend(point.values.iter().cloned().map(Field::Setting));
+        line.push(point.summary.rated.into());
+        let rate = point.summary.success;
+        line.extend([rate.map(|r| r.rate), rate.map(|r| r.low), rate.map(|r| r.high)].map(Field::from));
+        line.extend([Field::from(&point.letters), point.summary.metric("time_s").mean.into()]);
         for metric in &ranking.metrics {
             match point.tests.iter().find(|test| test.metric == *metric) {
-                None => line.extend(vec![String::new(); 10]),
+                None => line.extend(vec![Field::Empty; 10]),
                 Some(test) => {
-                    line.extend([test.test.to_owned(), test.n.to_string(), real(test.difference)]);
+                    line.extend([test.test.into(), test.n.into(), test.difference.into()]);
                     line.extend(ends(test.interval));
-                    line.push(real(test.shift));
+                    line.push(test.shift.into());
                     line.extend(ends(test.shift_interval));
-                    line.extend([test.p.to_string(), test.p_holm.to_string()]);
+                    line.extend([test.p.into(), test.p_holm.into()]);
                 }
             }
         }
-        lines.push(line);
-    }
-    csv_text(&lines)
+        line
+    });
+    ranked.collect()
+}
+
+/// The ranking as an object of JSON, each setting with the columns of the CSV as keys.
+pub fn points_json(ranking: &PointRanking) -> Json {
+    let head = head(ranking);
+    let ranked =
+        lines(ranking).iter().map(|line| json_object(head.iter().map(String::as_str), line)).collect::<Vec<_>>();
+    json!({
+        "section": ranking.title,
+        "keys": ranking.keys,
+        "distinct": ranking.distinct,
+        "copies": ranking.copies,
+        "points": ranked,
+        "worlds_needed": ranking.worlds_needed(),
+        "best_arguments": ranking.best_arguments(),
+    })
 }

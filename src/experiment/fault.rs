@@ -53,13 +53,14 @@ pub(super) fn guarded<T>(phase: Phase, work: impl FnOnce() -> T) -> Result<T, Fa
 pub(super) struct Origin {
     /// Its file; its name if it has none.
     pub(super) file: PathBuf,
-    /// Keys and values of the edits, as `--set` takes them.
+    /// Keys and values of the edits, as `--set` takes them; not the number of episodes, which drives none of them otherwise.
     pub(super) edits: Vec<String>,
 }
 
 impl Origin {
     pub(super) fn new(file: PathBuf, edits: &[Edit]) -> Self {
-        Self { file, edits: edits.iter().map(|edit| edit.argument().to_owned()).collect() }
+        let drives = edits.iter().map(Edit::argument).filter(|edit| !edit.starts_with("episodes="));
+        Self { file, edits: drives.map(str::to_owned).collect() }
     }
 }
 

@@ -245,8 +245,8 @@ impl Experiment {
             command += &format!(" --point {point}");
         }
         command += &format!(" --episode {episode} --stack {} --seed {}", fault::quoted(stack), self.scenario.seed);
-        // The seed has an option of its own, and how many episodes there are changes none of them.
-        let is_told = |edit: &&String| !edit.starts_with("episodes=") && !edit.starts_with("seed=");
+        // The seed has an option of its own.
+        let is_told = |edit: &&String| !edit.starts_with("seed=");
         for edit in self.origin.edits.iter().filter(is_told) {
             command += &format!(" --set {}", fault::quoted(edit));
         }

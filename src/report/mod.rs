@@ -2,5 +2,9 @@
 
 pub mod chart;
 pub mod drawing;
+pub mod figure;
+mod page;
 pub mod palette;
 pub mod picture;
+
+pub use page::{ReportError, Settings, episode, report};

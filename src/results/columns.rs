@@ -1,6 +1,7 @@
 //! The one table of columns: header, README table, reader, writer and summary all come from it.
 
 use super::csv_rows::ending;
+use super::field::Field;
 use super::row::Row;
 use super::value::Value;
 use crate::analysis::Better;
@@ -55,6 +56,19 @@ impl Column {
     /// Whether summaries describe this column.
     pub fn is_metric(&self) -> bool {
         matches!(self.access, Access::Metric { .. })
+    }
+
+    /// Its value in a row.
+    pub fn field(&self, row: &Row) -> Field {
+        match self.access {
+            Access::Field { get, .. } => get(row).field(),
+            Access::Ending(part) => {
+                let text = part(&row.outcome);
+                // 0 or 1; the rest are words.
+                if ["success", "at_rest"].contains(&self.name) { Field::Setting(text) } else { Field::Text(text) }
+            }
+            Access::Metric { get, .. } => get(&row.metrics).field(),
+        }
     }
 
     /// Its value as a number; `None` if it is undefined or the column is no metric.

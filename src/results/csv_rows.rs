@@ -2,10 +2,12 @@
 
 use super::ReadError;
 use super::columns::{Access, COLUMNS, Column, header};
+use super::field::{Field, json_object};
 use super::row::Row;
 use super::value::one_line;
 use crate::episode::{Outcome, Parts};
 use crate::world::ObstacleKind;
+use serde_json::{Map, Value as Json};
 use std::io::{self, BufRead, Read};
 
 /// Longest line that is read, bytes; those that a run writes stay below 64 KiB.
@@ -40,6 +42,14 @@ pub fn write_row<W: io::Write>(writer: &mut csv::Writer<W>, row: &Row) -> io::Re
         writer.write_field(one_line(value).as_bytes())?;
     }
     Ok(writer.write_record(None::<&[u8]>)?)
+}
+
+/// A row as an object of JSON: the columns of `episodes.csv` as keys, then the `swept` keys. Numbers are numbers (`success` and `at_rest`
+/// 0 or 1, as in the table), what is undefined is `null`, digests are texts.
+pub fn row_json(row: &Row, swept: &[String]) -> Map<String, Json> {
+    let columns = COLUMNS.iter().map(|column| column.field(row));
+    let fields: Vec<Field> = columns.chain(row.swept.iter().cloned().map(Field::Setting)).collect();
+    json_object(header(swept), &fields)
 }
 
 /// Places of the columns in a table of this version, or of an older one that lacks some.
@@ -454,6 +464,36 @@ pub(super) mod tests {
             "warehouse,3,a_star+dwa,a_star,,dwa,12,7,collision,,0,dynamic,1,12,0.30000000000000004,,0,,,,,,0,,,,,,,,,,421,\
              ,,,,,,,,,,,,,,,,,,,,,,,,00000000000000ab,,\"[1, 2]\""
         );
+    }
+
+    #[test]
+    fn a_row_in_json_holds_what_its_line_holds() {
+        let mut stream = EpisodeSeed { seed: 3, episode: 0 }.stream(Purpose::Planner, 0);
+        let swept = ["robot.radius_m".to_owned(), "planner".to_owned()];
+        for _ in 0..500 {
+            let mut row = random_row(&mut stream, 2);
+            row.swept[0] = "0.25".to_owned();
+            let bytes = bytes(std::slice::from_ref(&row), &swept);
+            let mut table = csv::Reader::from_reader(bytes.as_slice());
+            let names = table.headers().unwrap().clone();
+            let line = table.records().next().unwrap().unwrap();
+            let object = row_json(&row, &swept);
+            assert!(object.keys().map(String::as_str).eq(names.iter()));
+            for (name, text) in names.iter().zip(&line) {
+                let is_number = COLUMNS.iter().any(|column| column.name == name && column.is_metric())
+                    || ["point", "episode", "seed", "success", "at_rest", "robot.radius_m"].contains(&name);
+                match &object[name] {
+                    Json::Null => assert_eq!(text, "", "{name}"),
+                    Json::Number(number) => {
+                        assert!(is_number, "{name}");
+                        // To the last bit, as a reader of either takes it.
+                        assert_eq!(number.as_f64(), text.parse().ok(), "{name}");
+                    }
+                    Json::String(found) => assert!(!is_number && one_line(found) == text, "{name}: {found:?}"),
+                    other => panic!("{name}: {other}"),
+                }
+            }
+        }
     }
 
     #[test]

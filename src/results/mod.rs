@@ -56,6 +56,7 @@
 mod columns;
 mod compare;
 mod csv_rows;
+mod field;
 mod identity;
 mod journal;
 pub mod layout;
@@ -72,7 +73,8 @@ mod value;
 pub use crate::digest::Digest;
 pub use columns::{COLUMNS, Column, Known, columns, header, metric_column, metric_columns};
 pub use compare::{Difference, compare};
-pub use csv_rows::{Reader, header_line, write_row};
+pub use csv_rows::{Reader, header_line, row_json, write_row};
+pub use field::{Field, json_object};
 pub use identity::{BUILD, Identity, Launch, Manifest, settings_hash};
 pub use journal::{
     Block, EPISODES_CSV, Existing, Journal, MANIFEST_BYTES_MAX, MANIFEST_JSON, Opened, STATES_CSV, SUMMARY_CSV,
@@ -82,9 +84,9 @@ pub use order::{Order, StackAt};
 pub use row::Row;
 pub use states::Answer;
 pub(crate) use store::put;
-pub use summary::{Rate, Statistics, SummaryRow, summarise, summarise_rows, write_summary};
-pub use table::table;
+pub use summary::{Rate, Statistics, SummaryRow, summarise, summarise_rows, summary_json, write_summary};
 pub(crate) use table::title;
+pub use table::{summary_rows, table};
 pub use timings::Timing;
 
 use crate::settings::quantity::counted;

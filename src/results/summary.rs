@@ -3,11 +3,11 @@
 use super::ReadError;
 use super::columns::metric_columns;
 use super::csv_rows::Reader;
+use super::field::{Field, json_object};
 use super::row::Row;
-use super::value::{Value, one_line};
 use crate::analysis::{Z_95, quantile, wilson};
 use crate::episode::Outcome;
-use crate::math;
+use serde_json::{Map, Value as Json};
 use std::io::{self, BufRead};
 
 /// A rate with its Wilson 95 % interval.
@@ -42,7 +42,7 @@ pub struct Statistics {
 
 impl Statistics {
     /// The statistics of values in the order of their rows; they are sorted on return.
-    fn of(values: &mut [f64]) -> Self {
+    pub(crate) fn of(values: &mut [f64]) -> Self {
         let n = values.len() as f64;
         let Some(mean) = (n > 0.0).then(|| values.iter().sum::<f64>() / n) else {
             return Self::default();
@@ -212,6 +212,34 @@ pub fn summarise_rows<'a>(rows: impl ExactSizeIterator<Item = &'a Row>) -> Optio
     Some(group.finish())
 }
 
+/// The names of the columns of `summary.csv` for a sweep over `keys`.
+fn summary_header(keys: &[String]) -> Vec<String> {
+    let mut header: Vec<String> =
+        ["scenario", "point", "stack", "n"].iter().chain(&Outcome::NAMES).map(|&s| s.to_owned()).collect();
+    header.extend(["collision_at_rest", "success_rate", "success_low", "success_high", "spl"].map(str::to_owned));
+    for column in metric_columns() {
+        header
+            .extend(["n", "mean", "sd", "median", "q1", "q3"].map(|statistic| format!("{statistic}_{}", column.name)));
+    }
+    header.extend_from_slice(keys);
+    header
+}
+
+/// The values of those columns.
+fn summary_fields(row: &SummaryRow) -> Vec<Field> {
+    let mut fields = vec![Field::from(&row.scenario), row.point.into(), (&row.stack).into(), row.n.into()];
+    fields.extend(row.outcomes.map(Field::from));
+    fields.push(row.collision_at_rest.into());
+    let rate = row.success;
+    fields.extend([rate.map(|r| r.rate), rate.map(|r| r.low), rate.map(|r| r.high), row.spl].map(Field::from));
+    for statistics in &row.metrics {
+        fields.push(statistics.n.into());
+        fields.extend(statistics.fields().map(Field::from));
+    }
+    fields.extend(row.swept.iter().map(|(_, value)| Field::Setting(value.clone())));
+    fields
+}
+
 /// Writes `summary.csv`.
 ///
 /// Columns: scenario, point, stack, n, the count of each outcome, `collision_at_rest`, `success_rate` with
@@ -222,38 +250,17 @@ pub fn summarise_rows<'a>(rows: impl ExactSizeIterator<Item = &'a Row>) -> Optio
 /// If the writer fails.
 pub fn write_summary<W: io::Write>(output: W, keys: &[String], summary: &[SummaryRow]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(output);
-    let mut header: Vec<String> =
-        ["scenario", "point", "stack", "n"].iter().chain(&Outcome::NAMES).map(|&s| s.to_owned()).collect();
-    header.extend(["collision_at_rest", "success_rate", "success_low", "success_high", "spl"].map(str::to_owned));
-    for column in metric_columns() {
-        header
-            .extend(["n", "mean", "sd", "median", "q1", "q3"].map(|statistic| format!("{statistic}_{}", column.name)));
-    }
-    header.extend_from_slice(keys);
-    writer.write_record(&header)?;
+    writer.write_record(summary_header(keys))?;
     for row in summary {
-        let mut fields =
-            vec![one_line(&row.scenario).into_owned(), row.point.to_string(), one_line(&row.stack).into_owned()];
-        fields.push(row.n.to_string());
-        fields.extend(row.outcomes.iter().map(u64::to_string));
-        fields.push(row.collision_at_rest.to_string());
-        let rate = row.success;
-        fields.extend([rate.map(|r| r.rate), rate.map(|r| r.low), rate.map(|r| r.high), row.spl].map(number));
-        for statistics in &row.metrics {
-            fields.push(statistics.n.to_string());
-            fields.extend(statistics.fields().map(number));
-        }
-        fields.extend(row.swept.iter().map(|(_, value)| value.clone()));
-        writer.write_record(&fields)?;
+        writer.write_record(summary_fields(row).iter().map(Field::csv))?;
     }
     writer.flush()
 }
 
-/// A number with the fewest digits that read back as the same, or nothing.
-fn number(value: Option<f64>) -> String {
-    let mut text = String::new();
-    value.map(math::canonical).write(&mut text);
-    text
+/// A row of `summary.csv` as an object of JSON: its columns as keys, numbers as numbers, what is undefined as `null`.
+pub fn summary_json(row: &SummaryRow) -> Map<String, Json> {
+    let keys: Vec<String> = row.swept.iter().map(|(key, _)| key.clone()).collect();
+    json_object(summary_header(&keys).iter().map(String::as_str), &summary_fields(row))
 }
 
 #[cfg(test)]
@@ -366,5 +373,11 @@ mod tests {
         assert_eq!((field(0, "stack"), field(0, "success"), field(0, "success_rate")), ("a,b", "1", "1"));
         assert_eq!((field(0, "mean_time_s"), field(0, "sd_time_s"), field(0, "n_time_s")), ("1.5", "", "1"));
         assert_eq!((field(1, "stuck"), field(1, "success_low"), field(1, "median_ticks")), ("1", "0", ""));
+        let object = summary_json(&summary(&rows)[0]);
+        assert!(object.keys().map(String::as_str).eq(names.iter()));
+        assert_eq!(
+            (&object["mean_time_s"], &object["sd_time_s"], &object["n_time_s"]),
+            (&1.5.into(), &Json::Null, &1.into())
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! The summary as a table for the terminal.
 
 use super::layout::{broken, hanging};
-use super::summary::{Rate, SummaryRow};
+use super::summary::{Rate, Statistics, SummaryRow};
 
 /// Largest width of the table, characters.
 const WIDTH: usize = 120;
@@ -106,6 +106,57 @@ pub fn table(summary: &[SummaryRow], width: usize) -> String {
     text
 }
 
+/// The summary as rows of cells for papers: the head, then a row for each stack, after one of a single cell at each sweep point. Lengths, times,
+/// clearances and turning points are means ± standard deviations over the successes.
+pub fn summary_rows(summary: &[SummaryRow]) -> Vec<Vec<String>> {
+    let head = [
+        "stack",
+        "n",
+        "success % [95 %]",
+        "collision",
+        "at rest",
+        "timeout",
+        "stuck",
+        "other",
+        "length_m",
+        "time_s",
+        "clearance_min_m",
+        "turning_points",
+    ];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    let mut point = None;
+    for (index, row) in summary.iter().enumerate() {
+        if point.replace(row.point) != Some(row.point) && !row.swept.is_empty() {
+            let of_point = summary[index..].iter().take_while(|other| other.point == row.point);
+            rows.push(vec![title(of_point.map(|row| row.swept.as_slice()))]);
+        }
+        let spread = |name: &str, decimals: usize| match row.metric(name) {
+            Statistics { mean: Some(mean), sd: Some(sd), .. } => format!("{mean:.decimals$} ± {sd:.decimals$}"),
+            Statistics { mean: Some(mean), .. } => format!("{mean:.decimals$}"),
+            _ => "-".to_owned(),
+        };
+        let success = row.success.map_or_else(
+            || "-".to_owned(),
+            |Rate { rate, low, high }| format!("{:.1} [{:.1}, {:.1}]", rate * 100.0, low * 100.0, high * 100.0),
+        );
+        rows.push(vec![
+            row.stack.clone(),
+            row.n.to_string(),
+            success,
+            row.count("collision").to_string(),
+            row.collision_at_rest.to_string(),
+            row.count("timeout").to_string(),
+            row.count("stuck").to_string(),
+            (row.count("no_path") + row.count("planner_error") + row.count("infeasible_world")).to_string(),
+            spread("length_m", 2),
+            spread("time_s", 1),
+            spread("clearance_min_m", 2),
+            spread("turning_points", 1),
+        ]);
+    }
+    rows
+}
+
 /// The swept keys and values of a sweep point, taken from the rows of its stacks; a key that concerns none of them is left out.
 pub(crate) fn title<'a>(rows: impl Iterator<Item = &'a [(String, String)]> + Clone) -> String {
     let keys = rows.clone().next().unwrap_or_default().iter().enumerate();
@@ -160,7 +211,7 @@ mod tests {
     use super::*;
     use crate::episode::Outcome;
     use crate::results::layout::WIDE;
-    use crate::results::{Statistics, metric_columns};
+    use crate::results::metric_columns;
 
     fn row(stack: &str, point: u32) -> SummaryRow {
         let mean = |name: &str| match name {

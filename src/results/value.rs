@@ -1,5 +1,6 @@
 //! Values as the text of one field of a table, and back.
 
+use super::field::Field;
 use crate::digest::Digest;
 use crate::math;
 use std::borrow::Cow;
@@ -11,6 +12,8 @@ pub(super) trait Value {
     fn write(&self, out: &mut String);
     /// Takes the value of a text; the error says what was expected.
     fn read(&mut self, text: &str) -> Result<(), &'static str>;
+    /// The value with its type.
+    fn field(&self) -> Field;
     /// The value as a number, for statistics.
     fn number(&self) -> Option<f64> {
         None
@@ -26,6 +29,10 @@ impl Value for String {
         text.clone_into(self);
         Ok(())
     }
+
+    fn field(&self) -> Field {
+        self.into()
+    }
 }
 
 macro_rules! whole_values {
@@ -38,6 +45,10 @@ macro_rules! whole_values {
             fn read(&mut self, text: &str) -> Result<(), &'static str> {
                 *self = text.parse().map_err(|_| "a whole number")?;
                 Ok(())
+            }
+
+            fn field(&self) -> Field {
+                (*self).into()
             }
 
             fn number(&self) -> Option<f64> {
@@ -58,6 +69,10 @@ impl Value for f64 {
         Ok(())
     }
 
+    fn field(&self) -> Field {
+        (*self).into()
+    }
+
     fn number(&self) -> Option<f64> {
         Some(*self)
     }
@@ -73,6 +88,10 @@ impl Value for Digest {
         let value = digits.then(|| u64::from_str_radix(text, 16).ok()).flatten();
         *self = Self(value.ok_or("16 hexadecimal digits")?);
         Ok(())
+    }
+
+    fn field(&self) -> Field {
+        (&self.to_string()).into()
     }
 }
 
@@ -92,6 +111,10 @@ impl<V: Value + Default> Value for Option<V> {
             Some(value)
         };
         Ok(())
+    }
+
+    fn field(&self) -> Field {
+        self.as_ref().map_or(Field::Empty, Value::field)
     }
 
     fn number(&self) -> Option<f64> {

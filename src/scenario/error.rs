@@ -2,6 +2,7 @@
 
 use super::key_path::KeyPath;
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
+use serde::Serialize;
 use std::fmt;
 use std::ops::Range;
 
@@ -33,6 +34,31 @@ enum Place {
     File(String),
     /// In a text: the bytes `span` of it. `file` is absent for what was typed on the command line.
     Text { file: Option<String>, text: String, span: Range<usize> },
+}
+
+/// The parts of an error, for programs. What is not known is `None`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ErrorParts {
+    /// What is wrong, in one sentence.
+    pub message: String,
+    /// The file at fault.
+    pub file: Option<String>,
+    /// The argument of the command line at fault, such as `--set a.b=x`; it is in no file.
+    pub argument: Option<String>,
+    /// Line in the file, from 1.
+    pub line: Option<usize>,
+    /// Column in the line, in characters from 1.
+    pub column: Option<usize>,
+    /// Path of the key at fault, such as `robot.radius_m`.
+    pub key: Option<String>,
+    /// What stands at that place: the first line of it.
+    pub found: Option<String>,
+    /// What is expected there.
+    pub expected: Option<String>,
+    /// Facts that help to understand.
+    pub notes: Vec<String>,
+    /// What to do.
+    pub help: Vec<String>,
 }
 
 impl ScenarioError {
@@ -144,6 +170,47 @@ impl ScenarioError {
     /// The first line of the message: what is wrong, in one sentence.
     pub fn title(&self) -> &str {
         &self.0.title
+    }
+
+    /// The parts of each fault.
+    pub fn parts(&self) -> Vec<ErrorParts> {
+        std::iter::once(self).chain(&self.0.others).map(Self::parts_alone).collect()
+    }
+
+    fn parts_alone(&self) -> ErrorParts {
+        let Diagnosis { title, keys, label, notes, help, place, .. } = &*self.0;
+        let mut parts = ErrorParts {
+            message: title.clone(),
+            key: keys.first().map(|(key, _)| key.to_string()).filter(|key| !key.is_empty()),
+            notes: notes.clone(),
+            help: help.clone(),
+            ..ErrorParts::default()
+        };
+        match (label.strip_prefix("expected "), label.is_empty()) {
+            (Some(expected), _) => parts.expected = Some(expected.to_owned()),
+            // "did you mean …?" is advice; anything else is a fact.
+            (None, false) if label.starts_with("did you mean") => parts.help.insert(0, label.clone()),
+            (None, false) => parts.notes.insert(0, label.clone()),
+            (None, true) => {}
+        }
+        match place {
+            Place::Unknown => {}
+            Place::File(file) => parts.file = Some(file.clone()),
+            Place::Text { file, text, span } => {
+                let (before, rest) = text.split_at(span.start);
+                let marked = &rest[..span.len()];
+                parts.found = marked.lines().next().filter(|found| !found.is_empty()).map(str::to_owned);
+                if file.is_some() {
+                    let line = before.rsplit('\n').next().unwrap_or_default();
+                    parts.line = Some(before.matches('\n').count() + 1);
+                    parts.column = Some(line.chars().count() + 1);
+                    parts.file.clone_from(file);
+                } else {
+                    parts.argument = Some(text.clone());
+                }
+            }
+        }
+        parts
     }
 
     /// The whole message over several lines, without a line break at the end; several faults are parted by an empty line.

@@ -37,7 +37,7 @@ mod sweep;
 
 pub use differences::differences;
 pub use edit::Edit;
-pub use error::ScenarioError;
+pub use error::{ErrorParts, ScenarioError};
 pub use file::{DocumentError, ScenarioFile, load, read_document};
 
 pub use key_path::{KeyPath, Step};

@@ -56,6 +56,29 @@ pub fn section(path: &str) -> Result<String, String> {
     Ok(text)
 }
 
+/// The keys below `path` as JSON, each with `name`, `meaning`, `unit`, `type`, `required`, `default`, `range` (in words) and `allowed` (name and
+/// meaning of each value that is allowed, if they are few). What does not apply is `null`.
+///
+/// # Errors
+/// If the key is unknown; the message names the nearest one.
+pub fn parameters_json(path: &str) -> Result<Vec<Json>, String> {
+    let as_json = |key: &Key| {
+        let allowed = key.allowed();
+        let allowed = allowed.into_iter().map(|(name, meaning)| json!({ "name": name, "meaning": meaning }));
+        json!({
+            "name": key.name(),
+            "meaning": key.meaning(),
+            "unit": key.unit(),
+            "type": key.type_text(),
+            "required": key.required,
+            "default": key.place.find("default").map(without_nulls),
+            "range": key.range(),
+            "allowed": allowed.collect::<Vec<Json>>(),
+        })
+    };
+    Ok(Key::find(path)?.inner().iter().map(as_json).collect())
+}
+
 /// The whole reference as a page of Markdown: `docs/book/src/scenario.md`.
 pub fn page() -> String {
     let top = Key { path: KeyPath::default(), place: Place::top(Scenario::schema()), required: false, is_kind: false };
@@ -732,8 +755,12 @@ mod tests {
             links.len() > 50 && links.iter().all(|link| headings.iter().any(|h| h == link)),
             "{links:?} {headings:?}"
         );
+        // The parameters of planners are on pages of their own.
+        let planners = all().into_iter().map(|key| key.path.to_string());
+        let planners = planners.filter(|path| path.starts_with("stacks.") && path.matches('.').count() == 2);
+        let pages = planners.fold(page, |pages, path| pages + &section(&path).expect("a planner has a section"));
         for key in all() {
-            assert!(page.contains(&format!("`{}`", key.name())), "{}", key.path);
+            assert!(pages.contains(&format!("`{}`", key.name())), "{}", key.path);
         }
     }
 }

@@ -36,7 +36,7 @@ fn a_picture_has_axes_in_metres_and_a_legend_of_what_is_on_it() {
 
 #[test]
 fn axes_are_those_of_the_window_that_was_asked_for() {
-    let svg = svg_of("02_wall", &["--crop", "3,2,9,6", "--marks", "0"]);
+    let svg = svg_of("02_wall", &["--crop", "3,2,9,6", "--marks", "0", "--width", "400"]);
     let numbers: Vec<&str> = texts(&svg).into_iter().filter(|words| words.parse::<f64>().is_ok()).collect();
     // Across from 3 to 9, then up from 2 to 6.
     assert_eq!(numbers, ["3", "4", "5", "6", "7", "8", "9", "2", "3", "4", "5", "6"]);
@@ -102,7 +102,7 @@ fn an_image_has_the_size_that_was_asked_for() {
 #[test]
 fn frames_are_numbered_and_of_one_size() {
     let scratch = tempfile::tempdir().unwrap();
-    draw(scratch.path(), "05_crossing", &["--frames", "film", "--every", "4", "--width", "300"]).ends_with(0);
+    draw(scratch.path(), "05_crossing", &["--frames", "film", "--every", "1", "--width", "300"]).ends_with(0);
     let mut names: Vec<_> =
         fs::read_dir(scratch.path().join("film")).unwrap().map(|entry| entry.unwrap().path()).collect();
     names.sort();

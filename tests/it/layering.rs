@@ -45,7 +45,7 @@ struct Confined {
 }
 
 /// The crates that `Cargo.toml` or the architecture keeps to some rooms.
-const CONFINED: [Confined; 13] = [
+const CONFINED: [Confined; 14] = [
     Confined { name: "rapier2d", rooms: &["world"], free_in_tests: false },
     Confined { name: "parry2d", rooms: &["world"], free_in_tests: false },
     Confined { name: "serde_yaml", rooms: &["scenario"], free_in_tests: true },
@@ -58,6 +58,7 @@ const CONFINED: [Confined; 13] = [
     Confined { name: "ttf_parser", rooms: &["report"], free_in_tests: false },
     Confined { name: "pdf_writer", rooms: &["report"], free_in_tests: false },
     Confined { name: "miniz_oxide", rooms: &["report"], free_in_tests: false },
+    Confined { name: "base64", rooms: &["report"], free_in_tests: false },
     Confined { name: "gif", rooms: &["report"], free_in_tests: false },
 ];
 

@@ -40,7 +40,7 @@ impl Beside {
             let interval = row.interval.into_iter().flat_map(|(low, high)| [low, high]);
             row.published.into_iter().chain(row.measured).chain(interval)
         });
-        let scale = Scale::covering_near_zero(values, 6, (8.0, self.width_px - 12.0));
+        let scale = Scale::covering_near_zero(values, 6, (14.0, self.width_px - 14.0));
         axis_x(&mut drawing, ink, &scale, (top, height - 34.0), &self.label);
         published(&mut drawing, ink, (10.0, 8.0));
         drawing.text((20.0, 12.0), Anchor::Start, LABEL_PX, ink.muted, "published");
@@ -86,9 +86,9 @@ mod tests {
             measured: Some(40.0),
             interval: Some((30.0, 50.0)),
         };
-        let chart = Beside { width_px: 270.0, label: "length, m".to_owned(), rows: vec![row] };
-        // 8 to 258 px are 0 to 50 m.
+        let chart = Beside { width_px: 278.0, label: "length, m".to_owned(), rows: vec![row] };
+        // 14 to 264 px are 0 to 50 m.
         let svg = chart.draw(&Ink::PRINT);
-        assert!(svg.contains("M158 45L258 45") && svg.contains("M108.0 39.5l5.5"), "{svg}");
+        assert!(svg.contains("M164 45L264 45") && svg.contains("M114.0 39.5l5.5"), "{svg}");
     }
 }

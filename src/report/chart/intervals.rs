@@ -47,7 +47,7 @@ impl Intervals {
             .rows
             .iter()
             .flat_map(|row| row.value.into_iter().chain(row.interval.into_iter().flat_map(|(low, high)| [low, high])));
-        let scale = Scale::covering(values.chain(ends).chain(self.reference), 6, (8.0, self.width_px - 12.0));
+        let scale = Scale::covering(values.chain(ends).chain(self.reference), 6, (14.0, self.width_px - 14.0));
         let bottom = height - 34.0;
         axis_x(&mut drawing, ink, &scale, (4.0, bottom), &self.label);
         if let Some(reference) = self.reference {
@@ -87,13 +87,13 @@ mod tests {
             ..IntervalRow::default()
         };
         let chart = Intervals {
-            width_px: 220.0,
+            width_px: 228.0,
             label: "success, %".to_owned(),
             ends: Some((0.0, 100.0)),
             reference: None,
             rows: vec![row],
         };
-        // 8 to 208 px are 0 to 100 %.
-        assert!(chart.draw(&Ink::PRINT).contains("M58 24L158 24"), "{}", chart.draw(&Ink::PRINT));
+        // 14 to 214 px are 0 to 100 %.
+        assert!(chart.draw(&Ink::PRINT).contains("M64 24L164 24"), "{}", chart.draw(&Ink::PRINT));
     }
 }

@@ -24,7 +24,7 @@ pub use drawing::{Anchor, Drawing, escape, text_width_px};
 pub use heat::{Heat, HeatCell};
 pub use intervals::{IntervalRow, Intervals};
 pub use lines::{LinePoint, Lines, Series};
-pub use scale::{Scale, Tick, nice_step};
+pub use scale::{Scale, Tick, nice_step, number};
 pub use shares::{ShareRow, Shares};
 pub use strip::{Strip, StripRow};
 
@@ -49,7 +49,7 @@ pub struct Ink {
     /// Text on each step of the ramp.
     pub on_ramp: [&'static str; 7],
     /// The colour of each outcome, in the order of [`Outcome::NAMES`](crate::episode::Outcome::NAMES); the last one for those behind.
-    pub outcomes: [&'static str; 8],
+    pub outcomes: [&'static str; 9],
 }
 
 impl Ink {
@@ -80,6 +80,7 @@ impl Ink {
             "var(--o5)",
             "var(--o6)",
             "var(--o7)",
+            "var(--o8)",
         ],
     };
 
@@ -90,7 +91,7 @@ impl Ink {
         grid: "#e3e6ea",
         paper: "#ffffff",
         series: ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a7a7a", "#000000"],
-        outcomes: ["#009e73", "#d55e00", "#e69f00", "#cc79a7", "#56b4e9", "#000000", "#b5bac1", "#7a7a7a"],
+        outcomes: ["#009e73", "#d55e00", "#e69f00", "#cc79a7", "#56b4e9", "#000000", "#7a5230", "#7a7a7a", "#b5bac1"],
         ..Self::PAGE
     };
 

@@ -45,7 +45,7 @@ impl Strip {
             .rows
             .iter()
             .flat_map(|row| row.points.iter().copied().chain(row.mean).chain(row.quartiles.into_iter().flatten()));
-        let scale = Scale::covering_near_zero(values, 6, (8.0, self.width_px - 8.0));
+        let scale = Scale::covering_near_zero(values, 6, (14.0, self.width_px - 14.0));
         axis_x(&mut drawing, ink, &scale, (4.0, height - 34.0), &self.label);
         for (at, row) in self.rows.iter().enumerate() {
             let top = at as f64 * ROW_PX;

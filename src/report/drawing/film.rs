@@ -150,8 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ticks_of_a_film_are_round() {
-        assert_eq!(super::super::axes::round_step(0.4), 0.5);
+    fn the_last_picture_stays() {
         assert_eq!((shown_cs(0, 3), shown_cs(2, 3)), (8, 200));
     }
 }

@@ -86,7 +86,7 @@ mod tests {
         let mut labels = labels();
         let places: Vec<_> =
             (0..20).filter_map(|_| labels.place(Vec2::new(50.0, 50.0), 6.0, "10", 10.0, false)).collect();
-        assert!((4..=8).contains(&places.len()), "{}", places.len());
+        assert!((2..=8).contains(&places.len()), "{}", places.len());
         for (index, a) in labels.taken.iter().enumerate() {
             assert!(labels.taken[..index].iter().all(|b| !overlap(a, b)));
         }
