@@ -353,6 +353,48 @@ def read_only(a):
     return 1, "shown, exit code 0"
 
 
+@attack("kill-child", "A bad episode is a row", "`kill -9` of a child process of `--isolate` at a random instant")
+def kill_child(a):
+    whole, whole_s = a.whole(RUN)
+    killed = 0
+    while killed < 10:
+        out = a.fresh("isolated")
+        process = a.start(RUN + ["--isolate"], out)
+        time.sleep(a.random.uniform(0.05, 0.5 * whole_s))
+        children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        children = [int(pid) for path in children.parent.parent.glob("*/children") for pid in path.read_text().split()] if children.exists() else []
+        if not children:
+            process.communicate()
+            continue
+        try:
+            os.kill(a.random.choice(children), signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+        said = "".join(process.communicate())
+        rows = (out / "episodes.csv").read_text().splitlines()
+        lost = [row for row in rows if ",internal_error," in row]
+        need(process.returncode == (1 if lost else 0), "exit code", process.returncode, said)
+        need(all("SIGKILL" in row for row in lost), "the signal is not named:", lost)
+        others = zip(rows, whole["episodes.csv"].decode().splitlines())
+        need(sum(got != want for got, want in others) == len(lost), "other rows than the lost ones differ")
+        killed += 1
+    return 10, "at most the row in hand is `internal_error` with SIGKILL named; all others are those of a run without `--isolate`"
+
+
+@attack("isolate", "The same scenario and seed, the same bytes", "a run with `--isolate --give-up-after 60`, killed at random instants and gone on with")
+def isolate(a):
+    for _ in range(3):
+        out = a.fresh("isolated")
+        call = RUN + ["--isolate", "--give-up-after", "60"]
+        process = a.start(call, out)
+        time.sleep(a.random.uniform(0.1, 0.7 * a.whole(RUN)[1]))
+        process.kill()
+        process.communicate()
+        a.call(call, out)
+        a.same(out, RUN, "an isolated run")
+    return 3, "the table of a run without it"
+
+
 @attack("threads", "The same scenario and seed, the same bytes", "1, 2, 3, 8 and 64 threads, another locale and time zone, an empty environment")
 def threads(a):
     tried = 0

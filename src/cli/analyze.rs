@@ -72,6 +72,9 @@ pub(super) fn main(args: &Args) -> Result<(), Failure> {
 fn analyze(args: &Args, format: Option<Format>, document: &mut Object) -> Result<(), Failure> {
     let read = |file: &PathBuf| {
         let table = comparison::read_table(file).map_err(Failure::usage)?;
+        if table.sections.is_empty() {
+            return Err(Failure::usage(format!("`{}` has no rows", table.path.display())));
+        }
         if !table.missing.is_empty() {
             let (file, missing) = (table.path.display(), table.missing.join(", "));
             say(&format!("{file}: an older version wrote this table; the columns that it lacks are empty: {missing}"));

@@ -71,7 +71,7 @@ impl Cause {
             Self::StaticContact => "the robot touched something that stands still",
             Self::HeldByUnknown => "the robot got stuck beside an obstacle that is not on its map",
             Self::HeldByKnown => "the robot got stuck among known obstacles",
-            Self::UnderWay => "the time was up while the robot was under way",
+            Self::UnderWay => "the robot was under way when the drive ended",
             Self::NeverDrove => "no drive: no path, no feasible world, or a crash",
         }
     }

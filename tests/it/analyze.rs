@@ -333,3 +333,12 @@ fn a_baseline_of_another_scenario_is_named_with_its_keys() {
         simrun(scratch.path()).args(["analyze", "elsewhere", "--baseline", "old"]).answer();
     assert!(code == 3 && stdout.contains("nothing was compared"), "{stdout}");
 }
+
+#[test]
+fn a_table_of_a_header_alone_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = two(folder.path(), "episodes.csv", &[], &[]);
+    let (stdout, stderr, code) = analyze(&[], &[&file]);
+    assert_eq!((stdout.as_str(), code), ("", 2));
+    assert!(stderr.contains("has no rows"), "{stderr}");
+}
