@@ -85,7 +85,9 @@ pub(super) fn track_by_speed(page: &mut Picture, view: &View, drive: &Drive<'_>,
 pub(super) fn speed_legend(robot: &Robot, legend: &mut Legend) {
     const STEP: f64 = 9.0;
     let width = STEP * SPEED.len() as f64;
-    let words = format!("speed, 0 to {} m/s", robot.speed_max_mps);
+    // A limit such as 1/6 m/s would be longer than the bar.
+    let speed_max_mps = (robot.speed_max_mps * 1000.0).round() / 1000.0;
+    let words = format!("speed, 0 to {speed_max_mps} m/s");
     legend.add_wide(width, words, move |page, at| {
         for (index, colour) in SPEED.into_iter().enumerate() {
             let min = at + Vec2::new(STEP * index as f64 - 0.5 * width, -4.0);
