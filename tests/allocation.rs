@@ -141,7 +141,7 @@ fn memory_is_taken_as_it_is_promised() {
     a_run_takes_the_memory_that_was_estimated();
 }
 
-/// Peaks of whole runs, at least half of the estimate and at most twice as much.
+/// Peaks of whole runs: at most twice the estimate and, on one thread, at least half of it.
 fn a_run_takes_the_memory_that_was_estimated() {
     const SHORT: &str = "episodes: 2\ntermination: {timeout_s: 10, stuck_after_s: 9}\n";
     const HALL: &str = "map: {empty: {cols: 1000, rows: 1000, resolution_m: 0.05}}\n";
@@ -188,8 +188,10 @@ fn a_run_takes_the_memory_that_was_estimated() {
             let estimate = scenario.memory_bytes(cells, folder.path(), threads as u64) - base;
             eprintln!("case {index}, {threads} threads: {peak} bytes at most, {estimate} estimated");
             let slack = base / 4;
+            // On a busy machine one of two threads may drive both worlds: then there was less at once than there may be.
+            let is_least = threads == 1;
             assert!(
-                peak <= 2 * estimate + slack && estimate <= 2 * peak + slack,
+                peak <= 2 * estimate + slack && (!is_least || estimate <= 2 * peak + slack),
                 "{case}{threads} threads: {peak} bytes at most, {estimate} estimated"
             );
         }

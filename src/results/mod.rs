@@ -49,7 +49,7 @@
 //! });
 //! let summary = journal.finish()?.expect("nothing interrupted the run");
 //! assert_eq!(summary[0].success.expect("100 trials").rate, 0.9);
-//! print!("{}", table(&summary));
+//! print!("{}", table(&summary, 80));
 //! # Ok::<(), simrun::results::ResultsError>(())
 //! ```
 

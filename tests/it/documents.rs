@@ -96,7 +96,7 @@ fn documents() -> Vec<PathBuf> {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_str().unwrap();
         let is_hidden = name.starts_with('.');
-        if path.is_dir() && !is_hidden && !["target", "results"].contains(&name) {
+        if path.is_dir() && !is_hidden && !["target", "results", "node_modules"].contains(&name) {
             found.extend(files(&path, "md"));
         } else if path.extension().is_some_and(|ending| ending == "md") {
             found.push(path);
