@@ -88,7 +88,7 @@ pub fn kind_schemas<P: JsonSchema>(generator: &mut SchemaGenerator, name: &str, 
     vec![json_schema!({"const": name, "description": description}), with_key(name, &with_params)]
 }
 
-/// Keyword of schemas of parameters: the parameter that may stand alone, as a text, in place of the block ([`or_text!`]).
+/// Keyword of schemas of parameters: the parameter that may stand alone, as a text, in place of the block (`or_text!`).
 pub const ALONE: &str = "x-alone";
 
 /// Reads and writes parameters of which one, a text, may stand alone: `ros: site.yaml` is `ros: {file: site.yaml}`.
