@@ -95,11 +95,19 @@ def results(folder):
     }
 
 
-def kill_and_go_on(attacker, arguments, kills, with_signal, out=None, prepare=None):
+def begun(attacker, out):
+    """A run that has written its first rows."""
+    process = attacker.start(RUN, out)
+    while not (out / "episodes.csv").exists() and process.poll() is None:
+        time.sleep(0.01)
+    return process
+
+
+def kill_and_go_on(attacker, arguments, kills, with_signal, prepare=None):
     """Kills runs of one command at random instants, going on in between, until there were enough kills; compares each
-    folder that came to its end. Returns the numbers of kills and of folders."""
+    folder that came to its end. Returns the number of kills."""
     _, whole_s = attacker.whole(arguments)
-    done, folders = 0, 0
+    done = 0
     while done < kills:
         out = attacker.fresh("killed")
         if prepare:
@@ -122,8 +130,7 @@ def kill_and_go_on(attacker, arguments, kills, with_signal, out=None, prepare=No
             need(process.returncode == 0, "going on ended with", process.returncode, process.stderr)
             break
         attacker.same(out, arguments, "a killed run")
-        folders += 1
-    return done, folders
+    return done
 
 
 ATTACKS = []
@@ -139,39 +146,39 @@ def attack(name, promise, fault, command=None):
 
 @attack("kill-run", "Nothing written is lost or torn", "`kill -9` of a run at random instants, then the same command again")
 def kill_run(a):
-    kills, folders = kill_and_go_on(a, RUN, 20, signal.SIGKILL)
+    kills = kill_and_go_on(a, RUN, 20, signal.SIGKILL)
     return kills, "every folder that came to its end is an undisturbed run's, byte for byte"
 
 
 @attack("kill-sweep", "Nothing written is lost or torn", "the same in a sweep")
 def kill_sweep(a):
-    kills, folders = kill_and_go_on(a, SWEEP, 10, signal.SIGKILL)
+    kills = kill_and_go_on(a, SWEEP, 10, signal.SIGKILL)
     return kills, "the same"
 
 
 @attack("kill-extension", "Nothing written is lost or torn", "the same while 4 episodes are extended to 12")
 def kill_extension(a):
     short = RUN[:-1] + ["4"]
-    kills, folders = kill_and_go_on(a, RUN, 10, signal.SIGKILL, prepare=lambda out: a.call(short, out))
+    kills = kill_and_go_on(a, RUN, 10, signal.SIGKILL, prepare=lambda out: a.call(short, out))
     return kills, "the same"
 
 
 @attack("kill-trace", "Nothing written is lost or torn", "the same with `--trace`")
 def kill_trace(a):
-    kills, folders = kill_and_go_on(a, TRACE, 10, signal.SIGKILL)
+    kills = kill_and_go_on(a, TRACE, 10, signal.SIGKILL)
     return kills, "the same, the traces too"
 
 
 @attack("kill-reproduce", "Nothing written is lost or torn", "the same in `reproduce`")
 def kill_reproduce(a):
-    kills, folders = kill_and_go_on(a, PAPER, 10, signal.SIGKILL)
+    kills = kill_and_go_on(a, PAPER, 10, signal.SIGKILL)
     return kills, "the same, tables and report"
 
 
 @attack("kill-force", "Nothing written is lost or torn", "`kill -9` while `--force` replaces a finished run with another seed")
 def kill_force(a):
     other = RUN + ["--seed", "77"]
-    whole, whole_s = a.whole(other)
+    _, whole_s = a.whole(other)
     old = a.whole(RUN)[0]
     for _ in range(10):
         out = a.fresh("forced")
@@ -190,13 +197,13 @@ def kill_force(a):
 
 @attack("interrupt", "Ctrl-C finishes what is in hand", "SIGINT at random instants, then the same command again")
 def interrupt(a):
-    kills, folders = kill_and_go_on(a, RUN, 20, signal.SIGINT)
+    kills = kill_and_go_on(a, RUN, 20, signal.SIGINT)
     return kills, "exit code 130 each time; undisturbed tables in the end"
 
 
 @attack("terminate", "Ctrl-C finishes what is in hand", "SIGTERM in a sweep, then the same command again")
 def terminate(a):
-    kills, folders = kill_and_go_on(a, SWEEP, 10, signal.SIGTERM)
+    kills = kill_and_go_on(a, SWEEP, 10, signal.SIGTERM)
     return kills, "exit code 143 each time; undisturbed tables in the end"
 
 
@@ -277,9 +284,7 @@ def flip(a):
 def two_processes(a):
     for _ in range(5):
         out = a.fresh("shared")
-        first = a.start(RUN, out)
-        while not (out / "episodes.csv").exists() and first.poll() is None:
-            time.sleep(0.01)
+        first = begun(a, out)
         second = a.start(RUN, out)
         said = "".join(second.communicate())
         if first.poll() is None:
@@ -290,26 +295,22 @@ def two_processes(a):
     return 5, "exit code 75 at once; `--wait-lock` waits and finds the run complete"
 
 
-@attack("removed", "A folder removed under way is noticed", "`rm -r` of the results of a running sweep")
+@attack("removed", "A folder removed under way is noticed", "`rm -r` of the results of a run under way")
 def removed(a):
     for _ in range(5):
         out = a.fresh("removed")
-        process = a.start(RUN, out)
-        while not (out / "episodes.csv").exists() and process.poll() is None:
-            time.sleep(0.01)
+        process = begun(a, out)
         shutil.rmtree(out, ignore_errors=True)
-        start = time.monotonic()
         said = "".join(process.communicate())
         need(process.returncode == 1, "exit code", process.returncode, said)
         need(not (out / "episodes.csv").exists(), "rows went nowhere")
     return 5, "exit code 1 at the next world, with the folder named"
 
 
-@attack("changed-file", "Rows of two worlds never mix", "a map, its image and a recording changed between two calls of one command")
+@attack("changed-file", "Rows of two worlds never mix", "a map and a recording changed between two calls of one command")
 def changed_file(a):
-    cases = [("07_movingai.yaml", "*.map"), ("04_unknown_pallet.yaml", "*.yaml"), ("12_recorded_people.yaml", "*.csv")]
     tried = 0
-    for name, _ in cases:
+    for name in ("07_movingai.yaml", "12_recorded_people.yaml"):
         place = a.fresh("changed")
         shutil.copytree(ROOT / "scenarios", place / "scenarios")
         text = (place / "scenarios" / name).read_text()

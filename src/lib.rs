@@ -57,6 +57,7 @@ pub mod analysis;
 
 pub mod cli;
 pub mod clock;
+pub mod command;
 pub mod comparison;
 pub mod digest;
 pub mod episode;

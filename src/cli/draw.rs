@@ -3,7 +3,7 @@
 use super::scenarios::{AtPoint, Changes};
 use super::traced::Traced;
 use super::{Failure, cannot_write, print, say};
-use crate::episode::{Outcome, Recording};
+use crate::episode::Recording;
 use crate::experiment::Experiment;
 use crate::geometry::{Rect, Vec2};
 use crate::report::drawing::{self, Caption, Crop, Film, Style, shown_cs};
@@ -221,7 +221,7 @@ fn overlay(
         };
         let drive = experiment.drive_one(point, args.episode, index).map_err(Failure::run)?;
         let time = drive.row.metrics.time_s.map_or_else(String::new, |time_s| format!(", {time_s:.1} s"));
-        drives.push((format!("{wanted}: {}{time}", outcome(&drive.row)), drive.recording));
+        drives.push((format!("{wanted}: {}{time}", drive.row.outcome.words()), drive.recording));
     }
     let drives: Vec<(String, &Recording)> = drives.iter().map(|(name, recording)| (name.clone(), recording)).collect();
     let subtitle = match drives.first() {
@@ -263,18 +263,10 @@ fn write(out: &Path, format: Format, look: &Look, page: &Picture, outcome: &str)
     Ok(())
 }
 
-fn outcome(row: &Row) -> String {
-    let mut words = row.outcome.name().replace('_', " ");
-    if let Outcome::Collision { with, at_rest } = &row.outcome {
-        words += &format!(" with {}{}", with.name().replace('_', " "), if *at_rest { ", standing still" } else { "" });
-    }
-    words
-}
-
 /// Outcome of an episode, in words.
 fn sentence(row: &Row) -> String {
     let metrics = &row.metrics;
-    let mut words = outcome(row);
+    let mut words = row.outcome.words();
     let mut add = |what: &str, value: Option<f64>, unit: &str| {
         if let Some(value) = value {
             words += &format!(", {what} {value:.2} {unit}");

@@ -1,17 +1,15 @@
 //! `simrun failures`: the failed episodes of a folder of results by their cause, each with the commands that drive it again.
 
 use super::scenarios::Changes;
-use super::{Failure, Out, json, say, shell};
-use crate::episode::Outcome;
+use super::{Failure, Out, json, say};
+use crate::command;
 use crate::experiment::{Experiment, in_order, threads_available};
-use crate::files;
-use crate::metrics::failure::{Cause, cause};
+use crate::metrics::failure::Cause;
 use crate::results::layout::{hanging, lines};
-use crate::results::{EPISODES_CSV, Field, Reader, Row, json_object};
+use crate::results::{EPISODES_CSV, Field, Reader, ResultsError, Row, json_object};
 use crate::settings::quantity::counted;
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -79,12 +77,10 @@ fn print_failures(args: &Args) -> Result<(), Failure> {
 /// The failed episodes of the folder in the order of its rows, and the number of all.
 fn failures(args: &Args) -> Result<(usize, Vec<Failed>), Failure> {
     let table = args.folder.join(EPISODES_CSV);
-    let refused = |reason: &dyn std::fmt::Display| Failure::Usage(format!("error: {}: {reason}", table.display()));
-    let reader = Reader::new(BufReader::new(files::open(&table, u64::MAX).map_err(|error| refused(&error))?))
-        .map_err(|error| refused(&error))?;
+    let reader = Reader::open(&table).map_err(Failure::usage)?;
     let (mut rows, mut all) = (Vec::new(), 0);
     for row in reader {
-        let row = row.map_err(|error| refused(&error))?;
+        let row = row.map_err(|source| Failure::usage(ResultsError::Read { path: table.clone(), source }))?;
         if args.stacks.is_empty() || args.stacks.contains(&row.stack) {
             all += 1;
             rows.extend((!row.outcome.is_success()).then_some(row));
@@ -112,25 +108,8 @@ fn cause_of(experiment: &Experiment, row: &Row) -> Option<Cause> {
     if row.trace_digest.is_none() {
         return Some(Cause::NeverDrove);
     }
-    if row.point >= experiment.points() {
-        return None;
-    }
-    let stack = experiment.stacks(row.point).position(|stack| stack.name == row.stack)?;
-    let drive = experiment.drive_one(row.point, row.episode, stack).ok()?;
-    let recording = &drive.recording;
-    (drive.row.trace_digest == row.trace_digest)
-        .then(|| cause(&recording.scene, recording.robot.radius_m, &row.outcome, &recording.trace, recording.dt_s))?
-}
-
-/// The outcome in words, with what the robot touched.
-fn outcome(outcome: &Outcome) -> String {
-    let name = outcome.name().replace('_', " ");
-    match outcome {
-        Outcome::Collision { with, at_rest } => {
-            format!("{name} with {}{}", with.name().replace('_', " "), if *at_rest { ", standing still" } else { "" })
-        }
-        _ => name,
-    }
+    let drive = experiment.drive_again(row)?;
+    if drive.row.trace_digest == row.trace_digest { drive.cause() } else { None }
 }
 
 /// The failures by outcome and cause, the most frequent first; ties in the order of the rows.
@@ -138,7 +117,7 @@ fn grouped(failed: Vec<Failed>, each: Option<usize>) -> Vec<(String, usize, Vec<
     let mut groups: Vec<(String, usize, Vec<Failed>)> = Vec::new();
     let mut known: BTreeMap<(String, Option<Cause>), usize> = BTreeMap::new();
     for failure in failed {
-        let key = (outcome(&failure.row.outcome), failure.cause);
+        let key = (failure.row.outcome.words(), failure.cause);
         let title = match key.1.filter(|cause| *cause != Cause::NeverDrove) {
             Some(cause) => format!("{}: {}", key.0, cause.words()),
             None => key.0.clone(),
@@ -159,8 +138,8 @@ fn grouped(failed: Vec<Failed>, each: Option<usize>) -> Vec<(String, usize, Vec<
 /// The commands that draw a row's episode and that drive it again with a trace.
 fn commands(folder: &Path, row: &Row) -> [String; 2] {
     let (episode, point) = (row.episode.to_string(), row.point.to_string());
-    let which = |command: &str| {
-        let mut words = vec!["simrun".into(), command.into(), folder.as_os_str().to_owned()];
+    let which = |subcommand: &str| {
+        let mut words = vec!["simrun".into(), subcommand.into(), folder.as_os_str().to_owned()];
         words.extend(["--episode", &episode].map(Into::into));
         if row.point > 0 {
             words.extend(["--point", &point].map(Into::into));
@@ -171,7 +150,7 @@ fn commands(folder: &Path, row: &Row) -> [String; 2] {
     let [mut draw, mut run] = ["draw", "run"].map(which);
     draw.extend(["--out".into(), format!("p{point}_e{episode}_{}.svg", row.stack).into()]);
     run.push("--trace".into());
-    [shell::command(draw), shell::command(run)]
+    [command::line(draw), command::line(run)]
 }
 
 fn text(args: &Args, all: usize, failed: Vec<Failed>, width: usize) -> String {

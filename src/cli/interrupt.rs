@@ -1,7 +1,8 @@
 //! Ctrl-C and SIGTERM. The first one lets the worlds in hand be finished and written, and says how to go on; the second one ends the
 //! process at once, which loses those worlds and nothing else.
 
-use super::{Failure, say, shell};
+use super::{Failure, say};
+use crate::command;
 use indicatif::ProgressBar;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
@@ -66,7 +67,7 @@ impl Interrupt {
         // Without --force: it would throw away what was kept.
         let words = std::env::args_os().filter(|word| word != "--force");
         Failure::Interrupted(
-            format!("interrupted: {kept}. The same command goes on:\n  {}", shell::command(words)),
+            format!("interrupted: {kept}. The same command goes on:\n  {}", command::line(words)),
             code,
         )
     }

@@ -23,10 +23,10 @@ mod reproduce;
 mod run;
 mod scenarios;
 mod schema;
-mod shell;
 mod traced;
 mod verify;
 
+use crate::command;
 use crate::comparison::Format;
 use crate::guard::guard;
 use crate::results::layout::WIDE;
@@ -298,7 +298,7 @@ fn command_comment(format: Format) -> String {
         return String::new();
     }
     let words = std::iter::once("simrun".into()).chain(std::env::args_os().skip(1));
-    format!("% simrun {}: {}\n", env!("CARGO_PKG_VERSION"), shell::command::<OsString>(words))
+    format!("% simrun {}: {}\n", env!("CARGO_PKG_VERSION"), command::line::<OsString>(words))
 }
 
 /// Whether messages may be coloured.

@@ -9,9 +9,7 @@ use crate::clock::Stopwatch;
 use crate::comparison::{self, Format};
 use crate::experiment::{Experiment, Isolation, Session, Worker, threads_available};
 use crate::files;
-use crate::results::{
-    self, Answer, Existing, Identity, Manifest, Opened, ReadError, ResultsError, Row, SummaryRow, TRACES,
-};
+use crate::results::{self, Answer, Existing, Identity, Manifest, Opened, ResultsError, Row, SummaryRow, TRACES};
 use crate::settings::quantity::counted;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value as Json, json};
@@ -352,13 +350,9 @@ const CRASHES: [&str; 2] = ["planner_error", "internal_error"];
 /// The first row that is no result of a drive.
 fn first_crash(folder: &Path) -> Result<Option<Row>, ResultsError> {
     let path = folder.join(results::EPISODES_CSV);
-    let file = files::open(&path, u64::MAX).map_err(ResultsError::io("read", &path))?;
-    let read = || -> Result<Option<Row>, ReadError> {
-        results::Reader::new(BufReader::new(file))?
-            .find(|row| row.as_ref().is_ok_and(|row| row.outcome.is_crash()))
-            .transpose()
-    };
-    read().map_err(|source| ResultsError::Read { path, source })
+    let mut rows = results::Reader::open(&path)?;
+    let crash = rows.find(|row| row.as_ref().is_ok_and(|row| row.outcome.is_crash()));
+    crash.transpose().map_err(|source| ResultsError::Read { path, source })
 }
 
 /// What a row says went wrong, without the command that stands on a line of its own.

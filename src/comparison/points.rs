@@ -3,6 +3,7 @@
 use super::pair::{SUCCESS, compare_unpaired, correct, outcomes};
 use super::{ALPHA, Comparison, Section, StackRows, Table, compare_pairs, compared_name};
 use crate::analysis::{Better, Ranking, fisher_exact, holm, mcnemar_exact, pairs};
+use crate::command::quoted;
 use crate::results::{SummaryRow, summarise_rows};
 use crate::settings::choice::NameError;
 
@@ -150,7 +151,7 @@ impl PointRanking {
         let Some(best) = self.ranked.first() else { return String::new() };
         let mut arguments = "--set 'sweep={}'".to_owned();
         for (key, value) in self.keys.iter().zip(&best.values).filter(|(_, value)| !value.is_empty()) {
-            arguments += &format!(" --set {}", quoted(&format!("{key}={value}")));
+            arguments += &format!(" --set {}", quoted(format!("{key}={value}")));
         }
         arguments + &format!(" --stack {}", quoted(&best.summary.stack))
     }
@@ -178,12 +179,6 @@ impl PointRanking {
             None => format!("{names} differ in {difference}: too little for any number of worlds to show."),
         }
     }
-}
-
-/// A word of a command line, in quotes if a shell would read it otherwise.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+.=/:,".contains(c);
-    if word.chars().all(is_plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
 }
 
 #[cfg(test)]

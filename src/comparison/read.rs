@@ -1,6 +1,5 @@
 //! Rows of result files, sorted into sections; rows are compared only within a section.
 
-use crate::files;
 use crate::results::{EPISODES_CSV, Identity, Manifest, ReadError, Reader, ResultsError, Row, title};
 use crate::scenario;
 use std::collections::{BTreeMap, BTreeSet};
@@ -143,10 +142,8 @@ pub enum TableError {
 pub fn read_table(path: &Path) -> Result<Table, TableError> {
     let path = if path.is_dir() { path.join(EPISODES_CSV) } else { path.to_owned() };
     let shown = path.display();
-    // Line ends that another system has turned, and a mark that an editor has put in front, change no row.
-    let file = files::lines(&path, u64::MAX).map_err(ResultsError::io("read", &path))?;
     let place = |source: ReadError| ResultsError::Read { path: path.clone(), source };
-    let mut reader = Reader::new(file).map_err(place)?;
+    let mut reader = Reader::open(&path)?;
     let (keys, missing) = (reader.swept().to_vec(), reader.missing());
     let mut sections: Vec<Section> = Vec::new();
     while let Some(row) = reader.next() {

@@ -111,6 +111,18 @@ impl Outcome {
         *self == Self::Success
     }
 
+    /// It in words, with what the robot touched: "collision with unknown static", "no path".
+    pub fn words(&self) -> String {
+        let name = self.name().replace('_', " ");
+        match self {
+            Self::Collision { with, at_rest } => {
+                let rest = if *at_rest { ", standing still" } else { "" };
+                format!("{name} with {}{rest}", with.name().replace('_', " "))
+            }
+            _ => name,
+        }
+    }
+
     /// Whether the program or a planner failed, not the robot.
     pub fn is_crash(&self) -> bool {
         matches!(self, Self::PlannerError { .. } | Self::InternalError { .. })

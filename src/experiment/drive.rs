@@ -6,6 +6,7 @@ use crate::clock::Stopwatch;
 use crate::episode::{Outcome, Record, Recording, Runner, Setting, Timings, watch};
 use crate::geometry::Vec2;
 use crate::guard::guard;
+use crate::metrics::failure::Cause;
 use crate::metrics::{self, Metrics, StateTime};
 use crate::plan::PlanningGrid;
 use crate::plan::contract::Problem;
@@ -34,6 +35,14 @@ pub struct Drive {
     pub row: Row,
     /// World, robot and drive.
     pub recording: Recording,
+}
+
+impl Drive {
+    /// What led to its failure; `None` for a success.
+    pub fn cause(&self) -> Option<Cause> {
+        let Recording { scene, robot, outcome, trace, dt_s, .. } = &self.recording;
+        metrics::failure::cause(scene, robot.radius_m, outcome, trace, *dt_s)
+    }
 }
 
 impl Worker {
@@ -241,6 +250,15 @@ impl Experiment {
         let scene = self.scene(point, episode)?;
         let ways = self.points[point as usize].ways(&scene);
         Ok(Drawn { ways, digest: Digest(scene.digest()), scene })
+    }
+
+    /// Drives the episode of a row again, and records it in full; `None` if there is no such stack at such a point, or no world.
+    pub fn drive_again(&self, row: &Row) -> Option<Drive> {
+        if row.point >= self.points() {
+            return None;
+        }
+        let stack_index = self.stacks(row.point).position(|stack| stack.name == row.stack)?;
+        self.drive_one(row.point, row.episode, stack_index).ok()
     }
 
     /// The world of one episode at a point.

@@ -63,29 +63,3 @@ impl Origin {
         Self { file, edits: drives.map(str::to_owned).collect() }
     }
 }
-
-/// A word as a POSIX shell takes it.
-pub(super) fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "_-./=+,:@%".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_reach_the_program_as_they_are() {
-        let words = ["a_star+dwa", "limits.speed_max_mps=1.5", "", "stacks.local=[dwa]", "it's", "a b"];
-        let expected = ["a_star+dwa", "limits.speed_max_mps=1.5", "''", "'stacks.local=[dwa]'", "'it'\\''s'", "'a b'"];
-        assert_eq!(words.map(quoted), expected);
-        for word in words {
-            let answer = std::process::Command::new("sh").args(["-c", &format!("printf %s {}", quoted(word))]).output();
-            assert_eq!(answer.unwrap().stdout, word.as_bytes());
-        }
-    }
-}

@@ -17,6 +17,7 @@ pub use isolate::{Isolation, serve};
 pub use pool::{in_order, on_threads, threads_available};
 pub use session::{Session, Untraced};
 
+use crate::command;
 use crate::digest::Digest;
 use crate::files;
 use crate::guard::guard;
@@ -240,17 +241,17 @@ impl Experiment {
     }
 
     fn replay(&self, file: &str, point: u32, episode: u64, stack: &str) -> String {
-        let mut command = format!("simrun run {}", fault::quoted(file));
+        let mut words = format!("simrun run {}", command::quoted(file));
         if !self.swept.is_empty() {
-            command += &format!(" --point {point}");
+            words += &format!(" --point {point}");
         }
-        command += &format!(" --episode {episode} --stack {} --seed {}", fault::quoted(stack), self.scenario.seed);
+        words += &format!(" --episode {episode} --stack {} --seed {}", command::quoted(stack), self.scenario.seed);
         // The seed has an option of its own.
         let is_told = |edit: &&String| !edit.starts_with("seed=");
         for edit in self.origin.edits.iter().filter(is_told) {
-            command += &format!(" --set {}", fault::quoted(edit));
+            words += &format!(" --set {}", command::quoted(edit));
         }
-        command
+        words
     }
 
     /// What the file of the scenario's map says that was not used, or should be looked at, in words.

@@ -3,11 +3,9 @@
 use super::isolate::{Isolated, Isolation};
 use super::pool::on_threads;
 use super::{Experiment, RunError, Worker};
-use crate::files;
 use crate::results::{
     Answer, Digest, EPISODES_CSV, Existing, Journal, Opened, Order, Reader, ResultsError, SummaryRow,
 };
-use std::io::BufReader;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -117,8 +115,7 @@ impl<'e> Session<'e> {
     pub fn untraced(&self, folder: &Path) -> Result<Vec<Untraced>, ResultsError> {
         let path = self.journal.path().join(EPISODES_CSV);
         let refuse = |source| ResultsError::Read { path: path.clone(), source };
-        let table = files::open(&path, u64::MAX).map_err(ResultsError::io("read", &path))?;
-        let reader = Reader::new(BufReader::new(table)).map_err(refuse)?;
+        let reader = Reader::open(&path)?;
         let mut found: Vec<Untraced> = Vec::new();
         for row in reader {
             let row = row.map_err(refuse)?;

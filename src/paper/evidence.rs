@@ -2,7 +2,7 @@
 
 use crate::comparison::{Section, StackRows};
 use crate::experiment::{Experiment, in_order, threads_available};
-use crate::metrics::failure::{Cause, cause};
+use crate::metrics::failure::Cause;
 use crate::plan::global::{GlobalChoice, a_star};
 use crate::plan::stack::{Movers, StackSpec};
 use crate::results::{Digest, Row};
@@ -110,10 +110,7 @@ fn sample(experiment: &Experiment, point: u32, stack_index: usize, stack: &Stack
     let mut found = Failures { total: failed().count() as u64, ..Failures::default() };
     for row in failed().take(SAMPLE) {
         let Ok(drive) = experiment.drive_one(point, row.episode, stack_index) else { continue };
-        let radius_m = experiment.robot(point).radius_m;
-        if let Some(cause) =
-            cause(&drive.recording.scene, radius_m, &drive.row.outcome, &drive.recording.trace, drive.recording.dt_s)
-        {
+        if let Some(cause) = drive.cause() {
             found.sampled += 1;
             *found.causes.entry(cause).or_default() += 1;
             found.examples.entry(cause).or_insert(row.episode);

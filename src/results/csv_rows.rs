@@ -1,14 +1,17 @@
 //! Rows to and from the lines of `episodes.csv`.
 
-use super::ReadError;
 use super::columns::{Access, COLUMNS, Column, header};
 use super::field::{Field, json_object};
 use super::row::Row;
 use super::value::one_line;
+use super::{ReadError, ResultsError};
 use crate::episode::{Outcome, Parts};
+use crate::files::{self, LineFeeds};
 use crate::world::ObstacleKind;
 use serde_json::{Map, Value as Json};
-use std::io::{self, BufRead, Read};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::Path;
 
 /// Longest line that is read, bytes; those that a run writes stay below 64 KiB.
 const LINE_BYTES_MAX: u64 = 1 << 20;
@@ -138,6 +141,17 @@ struct Lines<R> {
     line: u64,
     /// Bytes of the lines read.
     offset: u64,
+}
+
+impl Reader<LineFeeds<BufReader<File>>> {
+    /// Opens a table; line ends that another system has turned, and a mark that an editor has put in front, change no row.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or has no header of an `episodes.csv`.
+    pub fn open(table: &Path) -> Result<Self, ResultsError> {
+        let lines = files::lines(table, u64::MAX).map_err(ResultsError::io("read", table))?;
+        Self::new(lines).map_err(|source| ResultsError::Read { path: table.to_owned(), source })
+    }
 }
 
 impl<R: BufRead> Reader<R> {

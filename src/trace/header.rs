@@ -1,5 +1,6 @@
 //! The lines in front of a trace's table, each begun with `#`: which drive it is, and how to drive it again.
 
+use crate::command;
 use crate::files;
 use std::fmt;
 use std::io::{self, BufRead};
@@ -72,17 +73,7 @@ impl Header {
         }
         words.extend(["--stack".to_owned(), self.stack.clone()]);
         words.extend(self.edits.iter().flat_map(|edit| ["--set".to_owned(), edit.clone()]));
-        words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
-    }
-}
-
-/// A word as a shell takes it.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "_-+=./:,@%".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
+        command::line(words)
     }
 }
 
@@ -134,7 +125,7 @@ mod tests {
         assert_eq!(
             header().command(),
             "simrun run 'my scenarios/5.yaml' --episode 12 --point 3 --stack a_star+dwa --set limits.speed_max_mps=0.5 \
-             --set 'goal=[1,\n2]' --set 'name=it'\\''s'"
+             --set $'goal=[1,\\0122]' --set 'name=it'\\''s'"
         );
         assert_eq!(header().to_string().lines().filter(|line| line.starts_with("# ")).count(), 10);
         std::fs::write(&file, "tick,time_s\n0,0\n").unwrap();

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 /// The order of the house, ground first; a folder's own modules may name each other.
-const ORDER: [&str; 24] = [
+const ORDER: [&str; 25] = [
     "math",
     "settings",
     "geometry",
@@ -17,6 +17,7 @@ const ORDER: [&str; 24] = [
     "clock",
     "digest",
     "guard",
+    "command",
     "files",
     "map",
     "robot",

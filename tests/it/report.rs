@@ -1,6 +1,6 @@
 //! `simrun report`: the page on folders of results.
 
-use super::support::simrun;
+use super::support::{root, simrun};
 use base64::Engine as _;
 use simrun::episode::Outcome;
 use simrun::experiment::Experiment;
@@ -115,6 +115,20 @@ fn a_packed_episode_is_the_drive_to_half_a_millimetre() {
     assert_eq!(ids.len(), episodes.len());
     // Each can be reached without a script.
     assert!(ids.iter().all(|id| page.contains(&format!("<a class=\"episode\" href=\"#{}\">", id.trim_matches('"')))));
+}
+
+#[test]
+fn an_obstacle_of_the_script_is_there_when_the_script_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = root().join("scenarios/13_blocked_aisle.yaml");
+    simrun(folder.path()).args(["run", "--episodes", "1", "--out", "run", "--quiet"]).arg(scenario).ends_with(0);
+    let episodes = json(&page(folder.path(), &["run"]), "episodes");
+    let packed = unpacked(&episodes[0]["data"]);
+    // It appears at 4 s and goes at 30 s, the goal moves at 12 s, and a tick is 0.1 s.
+    let obstacle = &packed["unknown"][0];
+    assert_eq!((obstacle["from_row"].as_u64(), obstacle["to_row"].as_u64()), (Some(40), Some(300)), "{obstacle}");
+    assert!(obstacle["polygon"].is_array(), "{obstacle}");
+    assert_eq!(packed["goals"][1]["row"], 120);
 }
 
 #[test]

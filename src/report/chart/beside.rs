@@ -88,7 +88,7 @@ mod tests {
         };
         let chart = Beside { width_px: 278.0, label: "length, m".to_owned(), rows: vec![row] };
         // 14 to 264 px are 0 to 50 m.
-        let svg = chart.draw(&Ink::PRINT);
+        let svg = chart.draw(&Ink::PAGE);
         assert!(svg.contains("M164 45L264 45") && svg.contains("M114.0 39.5l5.5"), "{svg}");
     }
 }

@@ -129,7 +129,7 @@ mod tests {
             decimals: 0,
             ends: Some((0.0, 100.0)),
         };
-        let svg = map.draw(&Ink::PRINT);
+        let svg = map.draw(&Ink::PAGE);
         assert!(svg.contains(">10</text>") && svg.contains(">55</text>"));
         assert_eq!((svg.matches("stroke-width=\"2.5\"").count(), svg.matches("stroke-dasharray").count()), (1, 1));
     }

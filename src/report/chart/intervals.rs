@@ -94,6 +94,6 @@ mod tests {
             rows: vec![row],
         };
         // 14 to 214 px are 0 to 100 %.
-        assert!(chart.draw(&Ink::PRINT).contains("M64 24L164 24"), "{}", chart.draw(&Ink::PRINT));
+        assert!(chart.draw(&Ink::PAGE).contains("M64 24L164 24"), "{}", chart.draw(&Ink::PAGE));
     }
 }

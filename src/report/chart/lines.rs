@@ -171,14 +171,14 @@ mod tests {
 
     #[test]
     fn lines_are_named_and_told_apart_by_shape() {
-        let svg = chart(&[]).draw(&Ink::PRINT);
+        let svg = chart(&[]).draw(&Ink::PAGE);
         assert!(svg.contains(">a_star+dwa<") && svg.contains(">bfs+dwa<") && svg.contains("fill-opacity=\"0.14\""));
         assert!(svg.contains("a3.6 3.6") && svg.contains("h6.4v6.4"), "disc and square");
     }
 
     #[test]
     fn x_may_be_words() {
-        let svg = chart(&["arc", "euler"]).draw(&Ink::PRINT);
+        let svg = chart(&["arc", "euler"]).draw(&Ink::PAGE);
         assert!(svg.contains(">arc<") && svg.contains(">euler<"), "{svg}");
     }
 }

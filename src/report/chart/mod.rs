@@ -4,7 +4,7 @@
 //! a row), [`Shares`] (outcomes of a stack as one bar), [`Lines`] (a value over a key, with a band), [`Heat`] (a value over two
 //! keys) and [`Beside`] (published and measured). All are drawn on a [`Drawing`], whose user unit is one pixel of a page, in the
 //! colours of an [`Ink`]: [`Ink::PAGE`] takes them from variables of the page's style sheet, so that a chart follows light and dark
-//! mode; [`Ink::PRINT`] is plain colours for a file of its own. Labels come from the table of columns ([`label`]).
+//! mode. Labels come from the table of columns ([`label`]).
 //!
 //! The same data make the same bytes: no clock, no random numbers, coordinates to a tenth of a pixel.
 
@@ -82,17 +82,6 @@ impl Ink {
             "var(--o7)",
             "var(--o8)",
         ],
-    };
-
-    /// Plain colours on white paper: those of Okabe and Ito, *Color universal design*, 2008.
-    pub const PRINT: Self = Self {
-        text: "#1b1f24",
-        muted: "#5b6470",
-        grid: "#e3e6ea",
-        paper: "#ffffff",
-        series: ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a7a7a", "#000000"],
-        outcomes: ["#009e73", "#d55e00", "#e69f00", "#cc79a7", "#56b4e9", "#000000", "#7a5230", "#7a7a7a", "#b5bac1"],
-        ..Self::PAGE
     };
 
     /// The colour of a series.

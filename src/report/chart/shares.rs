@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn bars_are_as_long_as_their_shares_and_what_never_happened_is_not_named() {
-        let parts = ["success", "collision", "stuck"].into_iter().zip(Ink::PRINT.outcomes);
+        let parts = ["success", "collision", "stuck"].into_iter().zip(Ink::PAGE.outcomes);
         let chart = Shares {
             width_px: 208.0,
             parts: parts.map(|(name, colour)| (name.to_owned(), colour)).collect(),
@@ -109,7 +109,7 @@ mod tests {
                 ShareRow { name: "b".to_owned(), note: String::new(), counts: vec![0, 0, 0] },
             ],
         };
-        let svg = chart.draw(&Ink::PRINT);
+        let svg = chart.draw(&Ink::PAGE);
         assert!(
             svg.contains("x=\"4\" y=\"41\" width=\"149\"") && svg.contains("x=\"154\" y=\"41\" width=\"50\""),
             "{svg}"

@@ -126,10 +126,10 @@ mod tests {
             label: "time, s".to_owned(),
             rows: vec![row("a_star+dwa", &[10.0, 12.0, 14.0]), row("b <c>", &[])],
         };
-        let svg = strip.draw(&Ink::PRINT);
+        let svg = strip.draw(&Ink::PAGE);
         assert_eq!(svg.matches("h0").count(), 3, "one mark a point");
         assert!(svg.contains(">a_star+dwa</text>") && svg.contains("b &lt;c&gt;") && svg.contains(">no value<"));
-        assert_eq!(svg, strip.draw(&Ink::PRINT));
+        assert_eq!(svg, strip.draw(&Ink::PAGE));
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::view::View;
 use crate::geometry::{Rect, Vec2};
 use crate::map::Frame;
 use crate::math;
+use crate::report::chart::nice_step;
 use crate::report::palette::{FAINT_INK, GRID_LINE, INK};
 use crate::report::picture::{Anchor, Paint, Picture, Text};
 
@@ -18,13 +19,7 @@ const APART: f64 = 48.0;
 
 /// One, two or five times a power of ten, the smallest that is at least `least`, which is positive.
 pub(super) fn round_step(least: f64) -> f64 {
-    let mut power = 1e-9;
-    while power * 10.0 <= least {
-        power *= 10.0;
-    }
-    let step = [1.0, 2.0, 5.0].into_iter().map(|factor| factor * power).find(|step| *step >= least * (1.0 - 1e-9));
-    // 1e-9 · 10 · … · 10 is not quite a power of ten.
-    rounded(step.unwrap_or(10.0 * power))
+    nice_step(least, 1).0
 }
 
 fn rounded(x: f64) -> f64 {

@@ -94,13 +94,13 @@ pub(super) fn cells(page: &mut Picture, view: &View, grid: &OccupancyGrid, marke
 
 /// When an obstacle that is not on the map is there, s after the beginning.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Stay {
+pub(in crate::report) struct Stay {
     pub from_s: f64,
     pub until_s: f64,
 }
 
 /// The stay of each unknown static; one that comes and goes more than once has its first.
-pub(super) fn stays(scene: &Scene) -> Vec<Stay> {
+pub(in crate::report) fn stays(scene: &Scene) -> Vec<Stay> {
     let endless = |present: bool| Stay { from_s: if present { 0.0 } else { f64::INFINITY }, until_s: f64::INFINITY };
     let mut stays: Vec<Stay> = scene.unknown_static.iter().map(|obstacle| endless(obstacle.is_present())).collect();
     for event in &scene.script {

@@ -13,6 +13,8 @@ mod movers;
 mod robot;
 mod view;
 
+pub(super) use map::stays;
+
 pub use film::{Film, film, shown_cs};
 pub use view::Crop;
 

@@ -1,7 +1,6 @@
 //! The columns of an `episodes.csv` that a figure shows, read row by row: nothing else of a row is kept.
 
 use crate::episode::Outcome;
-use crate::files;
 use crate::results::{COLUMNS, Column, EPISODES_CSV, Field, Known, Reader, ResultsError};
 use crate::settings::choice::NameError;
 use std::collections::BTreeMap;
@@ -67,9 +66,7 @@ pub fn swept_keys(path: &Path) -> Result<Vec<String>, FigureError> {
 }
 
 fn open(path: &Path) -> Result<Reader<impl std::io::BufRead + use<>>, ResultsError> {
-    let path = if path.is_dir() { path.join(EPISODES_CSV) } else { path.to_owned() };
-    let lines = files::lines(&path, u64::MAX).map_err(ResultsError::io("read", &path))?;
-    Reader::new(lines).map_err(|source| ResultsError::Read { path, source })
+    Reader::open(&if path.is_dir() { path.join(EPISODES_CSV) } else { path.to_owned() })
 }
 
 impl Rows {

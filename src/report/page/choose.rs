@@ -1,6 +1,5 @@
 //! Which episodes a page shows: failures first, then the extremes of the successes, then a spread of them.
 
-use super::gather::ending;
 use crate::comparison::COMPARED;
 use crate::results::{Row, metric_column};
 use std::collections::{BTreeMap, BTreeSet};
@@ -111,7 +110,7 @@ impl Candidates {
                 continue;
             }
             if !row.outcome.is_success() {
-                let group = self.failures.entry((ending(&row.outcome), stack)).or_default();
+                let group = self.failures.entry((row.outcome.words(), stack)).or_default();
                 if group.len() < FAILURES_A_GROUP {
                     group.push((Rc::clone(world), place));
                 }
@@ -243,7 +242,7 @@ mod tests {
         let failures: Vec<(String, u64)> = chosen
             .iter()
             .filter(|choice| choice.reason == Reason::Failure)
-            .map(|choice| (ending(&choice.row.outcome), choice.row.episode))
+            .map(|choice| (choice.row.outcome.words(), choice.row.episode))
             .collect();
         // Twelve of twenty places, each failure with its companion.
         let kinds = ["collision with dynamic", "stuck", "timeout"].map(str::to_owned);

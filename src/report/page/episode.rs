@@ -47,6 +47,7 @@ use crate::geometry::{Path, Piece, Pose, Vec2};
 use crate::map::{Cell, OccupancyGrid};
 use crate::math;
 use crate::observation::SensedObstacle;
+use crate::report::drawing::stays;
 use crate::world::ObstacleKind;
 use base64::Engine as _;
 use serde::Serialize;
@@ -171,8 +172,18 @@ struct Goal {
 }
 
 #[derive(Debug, Serialize)]
+struct Unknown {
+    #[serde(flatten)]
+    shape: UnknownShape,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    from_row: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    to_row: Option<u32>,
+}
+
+#[derive(Debug, Serialize)]
 #[serde(rename_all = "lowercase")]
-enum Unknown {
+enum UnknownShape {
     Disc { x: i64, y: i64, r: i64 },
     Polygon(Vec<[i64; 2]>),
 }
@@ -255,28 +266,19 @@ struct End {
     outcome: &'static str,
 }
 
-/// What a page needs to know of an episode beside its recording.
-#[derive(Clone, Copy, Debug)]
-pub struct Beside {
-    /// Distance from the goal that counts as arrived, m.
-    pub goal_tolerance_m: f64,
-    /// Angle of the lidar's scan, rad.
-    pub field_of_view_rad: f64,
-    /// Whether scans are kept.
-    pub with_scans: bool,
-}
-
 impl Episode {
-    /// The episode of a recording, in the map called `map_id`.
-    pub fn new(recording: &Recording, map_id: &str, beside: Beside) -> Self {
+    /// The episode of a recording, in the map called `map_id`; lidar scans are left out unless `with_scans`.
+    pub fn new(recording: &Recording, map_id: &str, with_scans: bool) -> Self {
         let Recording { scene, robot, dt_s, outcome, trace, .. } = recording;
         let ticks = &trace.ticks;
         let column =
             |value: &dyn Fn(&crate::trace::Tick) -> f64| deltas(ticks.iter().map(|tick| thousandths(value(tick))));
         let headings = || unwrapped(ticks.iter().map(|tick| tick.pose.theta));
+        // Events happen at the beginning of the first tick from their time on.
+        let row_at = |time_s: f64| (time_s / dt_s - 1e-9).ceil() as u32;
         let later = scene.script.iter().filter_map(|event| {
             let goal = event.change.goal_moved_to()?;
-            Some(Goal { row: (event.at_s / dt_s - 1e-9).ceil() as u32, x: thousandths(goal.x), y: thousandths(goal.y) })
+            Some(Goal { row: row_at(event.at_s), x: thousandths(goal.x), y: thousandths(goal.y) })
         });
         let first = Goal { row: 0, x: thousandths(scene.goal.x), y: thousandths(scene.goal.y) };
         let last = ticks.len().saturating_sub(1);
@@ -295,11 +297,17 @@ impl Episode {
                 heading: thousandths(scene.start.theta),
             },
             goals: std::iter::once(first).chain(later).collect(),
-            goal_tolerance_m: beside.goal_tolerance_m,
+            goal_tolerance_m: recording.goal_tolerance_m,
             unknown: scene
                 .unknown_static
                 .iter()
-                .map(|obstacle| unknown(obstacle.outline(), obstacle.pose().position))
+                .zip(stays(scene))
+                .filter(|(_, stay)| stay.from_s.is_finite())
+                .map(|(obstacle, stay)| Unknown {
+                    shape: unknown(obstacle.outline(), obstacle.pose().position),
+                    from_row: (stay.from_s > 0.0).then(|| row_at(stay.from_s)),
+                    to_row: stay.until_s.is_finite().then(|| row_at(stay.until_s)),
+                })
                 .collect(),
             robot: Track {
                 x: column(&|tick| tick.pose.position.x),
@@ -322,7 +330,7 @@ impl Episode {
                     (change.tick, cells(&change.entered), cells(&change.left))
                 })
                 .collect(),
-            lidar: beside.with_scans.then(|| lidar(recording, beside.field_of_view_rad)).flatten(),
+            lidar: with_scans.then(|| lidar(recording)).flatten(),
             paths: trace.paths.iter().map(|planned| path(&planned.path, planned.tick)).collect(),
             sub_goal: changes(ticks.iter().map(|tick| (thousandths(tick.sub_goal.x), thousandths(tick.sub_goal.y))))
                 .map(|(row, (x, y))| (row, x, y))
@@ -379,12 +387,12 @@ fn in_mm(p: Vec2) -> [i64; 2] {
     [thousandths(p.x), thousandths(p.y)]
 }
 
-fn unknown(outline: &Outline, centre: Vec2) -> Unknown {
+fn unknown(outline: &Outline, centre: Vec2) -> UnknownShape {
     match outline.corners(centre) {
-        Some(corners) => Unknown::Polygon(corners.iter().map(|&corner| in_mm(corner)).collect()),
+        Some(corners) => UnknownShape::Polygon(corners.iter().map(|&corner| in_mm(corner)).collect()),
         None => {
             let [x, y] = in_mm(centre);
-            Unknown::Disc { x, y, r: thousandths(outline.circumradius_m()) }
+            UnknownShape::Disc { x, y, r: thousandths(outline.circumradius_m()) }
         }
     }
 }
@@ -461,7 +469,9 @@ fn sensed(recording: &Recording) -> Vec<(usize, Vec<[i64; 2]>)> {
     if is_noisy { (0..rows).step_by(EVERY_ROWS).map(of).collect() } else { Vec::new() }
 }
 
-fn lidar(recording: &Recording, field_of_view_rad: f64) -> Option<Lidar> {
+fn lidar(recording: &Recording) -> Option<Lidar> {
+    let field_of_view = recording.sensing.lidar.as_ref()?.field_of_view_rad;
+    let field_of_view_rad = field_of_view.map_or(math::TAU, |angle| math::min(angle.get(), math::TAU));
     let trace = &recording.trace;
     let rays = trace.ray_count;
     if rays == 0 {

@@ -1,17 +1,20 @@
 //! The episodes of a page, driven again from the manifest of the run and packed.
 
 use super::choose::{Choice, Reason};
-use super::episode::{self, Beside, Entry, Episode, Map};
-use super::gather::{Gathered, ending};
+use super::episode::{self, Entry, Episode, Map};
+use super::gather::Gathered;
 use super::html::number;
 use super::thumbnail;
+use crate::command::quoted;
+use crate::digest::Digest;
 use crate::experiment::{Experiment, in_order};
 use crate::math;
-use crate::metrics::failure::{Cause, cause};
+use crate::metrics::failure::Cause;
 use crate::paper::{Paper, folder_of};
 use crate::results::{Identity, Row, metric_columns};
 use crate::scenario::ScenarioFile;
-use std::collections::BTreeMap;
+use crate::settings::quantity::counted;
+use std::collections::{BTreeMap, BTreeSet};
 use std::iter;
 use std::path::{Path, PathBuf};
 
@@ -111,20 +114,10 @@ fn table_words(folder: &Path, words: &[String], name: &str) -> Option<String> {
             };
             let edits = table.set.iter().chain(choice.iter().flat_map(|choice| &choice.set));
             let edits: String = edits.map(|edit| format!(" --set {}", quoted(edit))).collect();
-            return Some(quoted(&papers.join(&table.scenario).to_string_lossy()) + &edits);
+            return Some(quoted(papers.join(&table.scenario)) + &edits);
         }
     }
     None
-}
-
-/// A word of a command line, in quotes if a shell would read it otherwise.
-pub(super) fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+.=/:,".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
 }
 
 /// The experiment of a run, if it is the same to the last bit: this build, this scenario, its files.
@@ -168,7 +161,7 @@ fn experiment(gathered: &Gathered, identity: &Identity) -> Result<Experiment, St
 /// What is said of an episode, in words.
 fn sentence(row: &Row) -> String {
     let metrics = &row.metrics;
-    let mut words = ending(&row.outcome);
+    let mut words = row.outcome.words();
     let mut add = |what: &str, value: Option<f64>, unit: &str| {
         if let Some(value) = value {
             words += &format!(", {what} {} {unit}", number(value, 2));
@@ -224,17 +217,17 @@ impl Gallery {
         gallery.description = experiment.scenario().description.trim().to_owned();
         let driven = in_order(choices.len(), threads, |index| drive(experiment, &choices[index]));
         let (mut other, mut lost, mut too_large) = (0_u64, 0_u64, 0_u64);
-        let mut maps: BTreeMap<String, usize> = BTreeMap::new();
+        let mut maps: BTreeSet<String> = BTreeSet::new();
         for (choice, driven) in choices.into_iter().zip(driven) {
             let Some(driven) = driven else {
                 lost += 1;
                 continue;
             };
-            if driven.digests != (choice.row.world_digest, choice.row.trace_digest) {
+            if driven.digests != [choice.row.world_digest, choice.row.trace_digest] {
                 other += 1;
                 continue;
             }
-            let map_bytes = if maps.contains_key(&driven.map.0) { 0 } else { driven.map.1.len() + driven.map.2.len() };
+            let map_bytes = if maps.contains(&driven.map.0) { 0 } else { driven.map.1.len() + driven.map.2.len() };
             let fixed = map_bytes + driven.thumbnail.len() + 1200;
             let data = driven.data.into_iter().find(|data| data.len() + fixed <= *room);
             let Some(data) = data else {
@@ -242,7 +235,7 @@ impl Gallery {
                 continue;
             };
             *room -= data.len() + fixed;
-            maps.insert(driven.map.0.clone(), 0);
+            maps.insert(driven.map.0.clone());
             let row = choice.row;
             let digest = row.world_digest.map_or(0, |digest| digest.0);
             let named = worlds.len();
@@ -281,7 +274,7 @@ impl Gallery {
         gallery.shown.sort_by_key(|shown| (shown.reason, shown.cause));
         let mut note = |count: u64, text: &str| {
             if count > 0 {
-                let noun = crate::settings::quantity::counted(count, "episode");
+                let noun = counted(count, "episode");
                 gallery.notes.push(format!("{noun} {text}"));
             }
         };
@@ -301,7 +294,7 @@ fn stats(row: &Row) -> BTreeMap<&'static str, f64> {
 }
 
 struct Driven {
-    digests: (Option<crate::digest::Digest>, Option<crate::digest::Digest>),
+    digests: [Option<Digest>; 2],
     cause: Option<Cause>,
     /// The packed episode; then the same without its scans, if it has any.
     data: Vec<String>,
@@ -310,32 +303,19 @@ struct Driven {
 }
 
 fn drive(experiment: &Experiment, choice: &Choice) -> Option<Driven> {
-    let Row { point, episode, stack, .. } = &choice.row;
-    if *point >= experiment.points() {
-        return None;
-    }
-    let index = experiment.stacks(*point).position(|here| here.name == *stack)?;
-    let drive = experiment.drive_one(*point, *episode, index).ok()?;
-    let digests = (drive.row.world_digest, drive.row.trace_digest);
+    let drive = experiment.drive_again(&choice.row)?;
+    let digests = [drive.row.world_digest, drive.row.trace_digest];
     let recording = &drive.recording;
-    let scenario = experiment.scenario_at(*point);
-    let field_of_view = scenario.sensing.lidar.as_ref().and_then(|lidar| lidar.field_of_view_rad);
-    let beside = Beside {
-        goal_tolerance_m: scenario.termination.goal_tolerance_m.get(),
-        field_of_view_rad: field_of_view.map_or(math::TAU, |angle| math::min(angle.get(), math::TAU)),
-        with_scans: true,
-    };
     let grid = &recording.scene.map.grid;
     let id = format!("m{:08x}", recording.scene.map.digest() >> 32);
-    let packed = |beside| episode::pack(&Episode::new(recording, &id, beside));
-    let mut data = vec![packed(beside)];
+    let packed = |with_scans| episode::pack(&Episode::new(recording, &id, with_scans));
+    let mut data = vec![packed(true)];
     if recording.trace.ray_count > 0 {
-        data.push(packed(Beside { with_scans: false, ..beside }));
+        data.push(packed(false));
     }
-    let radius_m = recording.robot.radius_m;
     Some(Driven {
         digests,
-        cause: cause(&recording.scene, radius_m, &recording.outcome, &recording.trace, recording.dt_s),
+        cause: drive.cause(),
         data,
         thumbnail: thumbnail::draw(recording, &format!("t{id}"), &sentence(&drive.row)),
         map: (id.clone(), episode::pack(&Map::new(grid)), thumbnail::symbol(grid, &format!("t{id}"))),

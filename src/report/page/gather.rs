@@ -7,7 +7,6 @@ use super::choose::Candidates;
 use crate::analysis::{Z_95, wilson};
 use crate::comparison::{COMPARED, Section, StackRows, TableError};
 use crate::episode::Outcome;
-use crate::files;
 use crate::results::{
     Column, EPISODES_CSV, Identity, Launch, Manifest, Rate, Reader, ResultsError, Row, Statistics, metric_column,
 };
@@ -88,7 +87,7 @@ impl Stack {
                 values.extend(column.number(&row.metrics));
             }
         } else {
-            *self.endings.entry(ending(&row.outcome)).or_default() += 1;
+            *self.endings.entry(row.outcome.words()).or_default() += 1;
         }
     }
 
@@ -105,18 +104,6 @@ impl Stack {
     }
 }
 
-/// How an episode ended, in words: "collision with unknown static", "success".
-pub(super) fn ending(outcome: &Outcome) -> String {
-    let name = outcome.name().replace('_', " ");
-    match outcome {
-        Outcome::Collision { with, at_rest } => {
-            let rest = if *at_rest { ", standing still" } else { "" };
-            format!("{name} with {}{rest}", with.name().replace('_', " "))
-        }
-        _ => name,
-    }
-}
-
 impl Gathered {
     /// Reads the `episodes.csv` at `path`, or that of the folder.
     ///
@@ -125,8 +112,7 @@ impl Gathered {
     pub fn read(path: &Path, shown: usize) -> Result<Self, TableError> {
         let file = if path.is_dir() { path.join(EPISODES_CSV) } else { path.to_owned() };
         let place = |source| ResultsError::Read { path: file.clone(), source };
-        let lines = files::lines(&file, u64::MAX).map_err(ResultsError::io("read", &file))?;
-        let mut reader = Reader::new(lines).map_err(place)?;
+        let mut reader = Reader::open(&file)?;
         let folder = file.parent().unwrap_or(Path::new(""));
         let table = file.file_name().unwrap_or_default().to_string_lossy();
         let manifest = Manifest::read(folder).ok();

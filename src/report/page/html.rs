@@ -1,6 +1,6 @@
 //! Small pieces of HTML.
 
-pub(super) use super::super::chart::escape;
+pub(super) use crate::report::chart::{escape, number};
 
 /// A table whose first `left` columns are text. Heads are escaped here; cells are HTML already.
 pub(super) fn table(head: &[String], rows: &[Vec<String>], left: usize, class: &str) -> String {
@@ -24,19 +24,9 @@ pub(super) fn table(head: &[String], rows: &[Vec<String>], left: usize, class: &
     text + "</tbody></table></div>\n"
 }
 
-/// A number with so many decimals and a true minus.
-pub(super) fn number(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    match text.strip_prefix('-') {
-        Some(rest) if rest.bytes().any(|byte| (b'1'..=b'9').contains(&byte)) => format!("\u{2212}{rest}"),
-        Some(rest) => rest.to_owned(),
-        None => text,
-    }
-}
-
 /// A count, its thousands apart.
 pub(super) fn count(value: u64) -> String {
-    super::super::chart::number(value as f64, 0)
+    number(value as f64, 0)
 }
 
 /// The same, or a dash.

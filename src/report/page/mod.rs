@@ -424,7 +424,7 @@ fn card(shown: &gallery::Shown, is_sweep: bool) -> String {
         picture = shown.thumbnail,
         stack = escape(stack),
         outcome = escape(outcome),
-        ending = escape(&gather::ending(&shown.row.outcome)),
+        ending = escape(&shown.row.outcome.words()),
         figures = figures.iter().map(|figure| format!(" · {figure}")).collect::<String>(),
         command = escape(command),
     )

@@ -1,13 +1,15 @@
-//! Commands to copy: words as a POSIX shell reads them.
+//! Commands to copy: words as a shell reads them.
 
 use std::ffi::OsStr;
 
 /// Words as one line that a shell parts into the same words.
-pub(super) fn command<W: AsRef<OsStr>>(words: impl IntoIterator<Item = W>) -> String {
-    words.into_iter().map(|word| quoted(word.as_ref())).collect::<Vec<String>>().join(" ")
+pub fn line<W: AsRef<OsStr>>(words: impl IntoIterator<Item = W>) -> String {
+    words.into_iter().map(quoted).collect::<Vec<String>>().join(" ")
 }
 
-fn quoted(word: &OsStr) -> String {
+/// One word, in quotes if a shell would read it otherwise. What a terminal would act on is written as bash takes it, `$'…'`.
+pub fn quoted(word: impl AsRef<OsStr>) -> String {
+    let word = word.as_ref();
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+=:,./@%".contains(c);
     match word.to_str() {
         Some(text) if !text.is_empty() && text.chars().all(is_plain) => text.to_owned(),
@@ -47,7 +49,7 @@ mod tests {
             "\u{1b}[31m7",
             "-o=x;y",
         ];
-        let line = command(words);
+        let line = line(words);
         assert!(!line.contains(char::is_control), "{line}");
         // printf ends each word with a NUL, which no word holds.
         let answer = std::process::Command::new("bash").args(["-c", &format!("printf '%s\\0' {line}")]).output();
